@@ -12,6 +12,7 @@
 
 #include "sim/ground/compare_command.hpp"
 #include "sim/ground/console/console_main.hpp"
+#include "sim/ground/flight_options.hpp"
 #include "sim/ground/ground_run.hpp"
 #include "sim/ground/intake/outbox_reader.hpp"
 #include "sim/ground/map/damaged_catalogue.hpp"
@@ -169,18 +170,14 @@ int run(int argc, char** argv) {
   app.add_option("--flight-db", options.flight_db,
                  "onboard database, which shows what was not sent down; it is only read");
   app.add_option("--flight-info", options.flight_info, "JSON file of ilp-sil with the cost of the run");
-  app.add_option("--acknowledge", options.acknowledge, "folder for acknowledgements to the flight");
   app.add_option("--images", options.images, "folder of the original images, which show what compression has lost");
   app.add_option("--colour", options.colour,
                  "folder of the photographs in colour that flew in grey: a colour orthoimage of each strip");
-  app.add_option("--score", options.score,
-                 "score.json of ilp-score; the report then compares the flight with the truth");
   app.add_flag("--afresh", options.afresh,
                "forget everything that earlier runs read and computed in the folder for the results");
   app.add_flag("--check", options.check,
                "read all files of the results, to find damage that has left their sizes and times as they were");
-  app.add_option("--anchor", options.anchor, "JSON file that says on which body and where the strips were flown");
-  app.add_option("--map", options.map, "folder of the map that the flight carried: the report shows its fixes on it");
+  ground::add_flight_options(app, options);
   app.add_option("--control-points", options.control,
                  "CSV file of ground control points and their marks in images: they place, scale and level the map")
       ->excludes(app.get_option("--anchor"));
@@ -193,11 +190,6 @@ int run(int argc, char** argv) {
                  "of it such as egm96_15.gtx");
   app.add_flag("--control-original", options.control_original,
                "control points are marked in the photographs as they came, also where smaller ones flew");
-  app.add_option(
-      "--landing-sites", options.landing,
-      "FOOTPRINT_M[,SLOPE_DEG,STEP_M] of a lander: maps of slope, roughness, largest step and probability of "
-      "safety, and the best sites (default: 10 degrees, a tenth of the footprint)");
-  app.add_option("--title", options.title, "title of the report, such as the place or the mission");
   app.add_option("--catalogue", options.catalogue,
                  "postgresql://USER@HOST/DATABASE: keep the catalogue there, where missions share it, with footprints");
   app.add_option("--mission", options.mission, "name of the mission in that catalogue (default: the title)");

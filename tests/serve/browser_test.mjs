@@ -51,17 +51,17 @@ const drawn = (page) => page.evaluate(() => new Promise((done) => {
   requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done, 300)));
 }));
 const picture = (page, name) => page.screenshot({ path: `${work}/pictures/${name}.png`, fullPage: true });
-// Pixels of the map by colour: of the track, and greys of the orthoimage.
-const seen = (page) => page.evaluate(() => {
-  const canvas = document.getElementById('map');
-  const data = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data;
-  let track = 0, ground = 0;
-  for (let i = 0; i < data.length; i += 4) {
-    if (data[i] === 184 && data[i + 1] === 67 && data[i + 2] === 15) ++track;
-    const grey = data[i] === data[i + 1] && data[i] === data[i + 2];
-    if (grey && data[i] > 0 && data[i] < 255 && data[i + 3] === 255) ++ground;
-  }
-  return { track, ground };
+// The orthoimage: its keyframes, what is shown of it, and whether its picture is there.
+const seen = (page) => page.evaluate(async () => {
+  const map = document.querySelector('svg.map');
+  const image = new Image();
+  image.src = map.querySelector('image').href.baseVal;
+  await image.decode();
+  const view = JSON.parse(map.dataset.view);
+  return {
+    keyframes: map.querySelectorAll('.stop').length, box: map.getAttribute('viewBox').split(' ').map(Number), scale: map.querySelector('.scale').textContent,
+    whole: image.naturalWidth === view.width && image.naturalHeight === view.height, number: map.querySelector('.number').getBoundingClientRect().height,
+  };
 });
 
 // The least contrast of a text with what lies behind it, by WCAG 2.
@@ -116,12 +116,12 @@ async function grows(browser) {
     await drawn(page);
     assert.equal(await tile(page, 'Keyframes with final pose').textContent(), `${last} of ${last}`);
     assert.equal(await rows(page).count(), last + 1, 'a row each, and the head');
-    tracks.push((await seen(page)).track);
+    tracks.push((await seen(page)).keyframes);
   }
-  assert.ok(tracks[0] > 50, `the track is drawn: ${tracks} px`);
+  assert.deepEqual(tracks, [2, 5], 'the track grows with the map');
   await merged(page);
   await drawn(page);
-  assert.ok((await seen(page)).ground > 1000, 'the orthoimage is drawn');
+  assert.ok((await seen(page)).whole, 'the orthoimage is there, at its size');
   assert.equal(await page.locator('#problem').isHidden(), true);
   assert.equal(await page.locator('#waiting').isHidden(), true);
   assert.match(await rows(page).nth(2).locator('td').nth(3).textContent(), /^\d+\.\d %$/, 'overlap in per cent');
@@ -131,22 +131,49 @@ async function grows(browser) {
     image.loading = 'eager';
     return image.decode().then(() => image.naturalWidth > 0);
   }))), 'the pictures of the keyframes come');
-  await page.locator('#picture').selectOption('relief');
-  await page.locator('#legend b', { hasText: 'Height above the mean plane' }).waitFor(patience);
-  await page.locator('#picture').selectOption('image');
-  assert.equal(await page.locator('#legend').isHidden(), true);
+  await page.locator('svg.map[aria-label="heights of strip 1"]', { hasText: 'Height above the mean plane' }).waitFor(patience);
   assert.equal(await page.locator('h1').textContent(), title, 'what is given is text');
   assert.equal(await page.locator('h1 *').count(), 0);
   assert.deepEqual([await page.locator('h2', { hasText: /^Files$/ }).count(), await page.locator('text=undefined').count()], [1, 0]);
 
-  await page.reload();
-  await posed(page, 5);
+  const before = await seen(page);
+  const map = page.locator('svg.map').first();
+  const under = (x, y) => map.evaluate((m, p) => { const { x: u, y: v } = new DOMPoint(...p).matrixTransform(m.getScreenCTM().inverse()); return [u, v]; }, [x, y]);
+  await map.scrollIntoViewIfNeeded();
+  const { x, y, width, height } = await map.boundingBox();
+  const [px, py] = [Math.round(x + 0.3 * width), Math.round(y + 0.6 * height)];
+  const pointed = await under(px, py);
+  await page.mouse.dblclick(px, py);
+  const still = await under(px, py);
+  assert.ok(Math.hypot(still[0] - pointed[0], still[1] - pointed[1]) < 0.5, `what is pointed at stays: ${pointed}, ${still}`);
+  await page.keyboard.press('+');
+  const near = await seen(page);
+  assert.ok(Math.abs(near.box[2] - before.box[2] / 3) < 1e-6, `three times closer: ${near.box}`);
+  assert.notEqual(near.scale, before.scale);
+  assert.ok(Math.abs(near.number - before.number) < 1, 'a number keeps its size on the screen');
+  const [left, top] = near.box;
+  await page.mouse.move(640, 400);
+  await page.keyboard.press('ArrowRight');
+  const moved = await seen(page);
+  assert.ok(moved.box[0] > left && moved.box[1] === top, `it moves: ${moved.box}`);
+  deliver('downlink', box, upTo(6));
+  await posed(page, 6);
+  await merged(page);
   await drawn(page);
-  assert.equal(await rows(page).count(), 6, 'a reload loses nothing');
+  const later = await seen(page);
+  assert.equal(later.keyframes, 6);
+  assert.ok(later.box[2] < before.box[2] / 2, 'what comes later leaves the figure as near as it is');
+  await page.keyboard.press('-');
+  assert.ok((await seen(page)).box[2] > later.box[2], 'and the focus where it is');
+
+  await page.reload();
+  await posed(page, 6);
+  await drawn(page);
+  assert.equal(await rows(page).count(), 7, 'a reload loses nothing');
 
   await server.end();
   await page.locator('#connection', { hasText: 'not connected since' }).waitFor(patience);
-  assert.equal(await tile(page, 'Keyframes with final pose').textContent(), '5 of 5', 'what has come stays on the page');
+  assert.equal(await tile(page, 'Keyframes with final pose').textContent(), '6 of 6', 'what has come stays on the page');
   await picture(page, 'not-connected');
   deliver('downlink', box);
   server = await serve(box, server.url.split('//')[1]);
@@ -171,6 +198,8 @@ async function grows(browser) {
   const viewer = await opened;
   await viewer.waitForLoadState();
   assert.equal(new URL(viewer.url()).pathname, '/files/viewer.html');
+  assert.equal(await viewer.evaluate(() => self.origin), 'null', 'a file of the results is a page of no origin');
+  assert.equal(await page.locator('#token-form').count(), 0, 'no panel of commands where none was asked for');
   const elsewhere = requests.filter((r) => !r.startsWith(`${server.url}/`) && !r.startsWith('data:'));
   assert.deepEqual(elsewhere, [], 'nothing from elsewhere');
   assert.deepEqual(complaints, []);
@@ -210,7 +239,6 @@ async function thousandKeyframes(browser) {
   const frame_ms = await page.evaluate(async () => {
     const times = [];
     for (let i = 0; i < 60; ++i) {
-      document.getElementById('closer').click();
       ilpLive.get('keyframes/1000').pose.rms_px += 0.01;
       ilpLive.changed(new Set(['keyframes/1000']));
       times.push(await new Promise(requestAnimationFrame));
@@ -252,8 +280,8 @@ async function givesCommands(browser) {
   const flight = await started('python3', ['-B', `${here}/flight.py`, sil, `${work}/commanded`], {}, /^(127\.\S+)\n/);
   const box = `${work}/commands-box`;
   mkdirSync(box);
-  const server = await started(ground, ['serve', box, '--listen', '127.0.0.1:0', '--commands', '127.0.0.1:0', '--link',
-    flight.found], { ILP_COMMAND_TOKEN: token }, /Commands are given at (http:\S+)\n/);
+  const server = await started(ground, ['serve', box, '--listen', '127.0.0.1:0', '--commands', flight.found],
+    { ILP_COMMAND_TOKEN: token }, /The flight is at (http:\S+)\n/);
   const url = server.found;
   const { page, complaints, requests, context } = await open(browser, url, { viewport: { width: 420, height: 800 } });
 
@@ -298,6 +326,7 @@ async function givesCommands(browser) {
   assert.ok(!kept.includes(token), `nothing keeps the token: ${kept}`);
   assert.ok(!requests.some((r) => r.includes(token)), 'no address has the token');
   await page.reload();
+  await page.locator('#token').waitFor(patience);
   assert.equal(await page.locator('#desk').isHidden(), true, 'a reload asks for the token again');
 
   // A page of another site, in the browser of an operator.
@@ -325,7 +354,7 @@ async function givesCommands(browser) {
   assert.deepEqual(tried, ['refused', 'refused']);
   const titles = await Promise.all(other.frames().map((frame) => frame.title()));
   assert.equal(titles.length, 2, 'the page of the other site and its frame');
-  assert.ok(!titles.includes('Commands'), 'no other site shows the page');
+  assert.ok(!titles.some((one) => /live flight/i.test(one)), 'no other site shows the page');
   site.close();
   await enter(token);
   await report('done: capture +1');

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What a client of the page of commands sees, with a flight in real time behind it:
+"""What a client of a server with commands sees, with a flight in real time behind it:
 command_test.py ILP_SIL ILP_GROUND WORK [TEST...]"""
 import http.client
 import json
@@ -27,20 +27,14 @@ def write_private(path, text):
 
 
 class CommandServer(Server):
-    """A server with a page of commands; its standard error goes to a file."""
+    """A server that takes commands; its standard error goes to a file."""
 
     def __init__(self, box, address, *options, environment=None):
         self.errors = box + ".err"
         with open(self.errors, "w") as errors:
-            self.process = subprocess.Popen(
-                [*with_the_test, ground, "serve", box, "--listen", "127.0.0.1:0", "--commands", "127.0.0.1:0", "--link", address,
-                 *options], stdout=subprocess.PIPE, stderr=errors, text=True, env=environment)
-        lines = [self.process.stdout.readline() for _ in range(3)]
-        assert lines[2].startswith("Commands are given at http://"), (lines, open(self.errors).read())
-        self.live = lines[0].split("//")[1].strip()
-        self.address = lines[2].split("//")[1].strip()
-        self.host, port = self.address.split(":")
-        self.port = int(port)
+            super().__init__(ground, box, "--listen", "127.0.0.1:0", "--commands", address, *options, stderr=errors, env=environment)
+        self.process.stdout.readline()
+        assert self.process.stdout.readline() == f"Commands go to the flight at {address}\n"
         self.place, self.lines, self.panel = "", [], []
 
     def headers(self, **changed):
@@ -142,7 +136,7 @@ class Commands(unittest.TestCase):
 
     def test_nothing_goes_without_the_token(self):
         server = self.serve()
-        for path in ("/reports", "/help", "/complete?typed=c", "/nothing", "/commands"):
+        for path in ("/reports", "/help", "/complete?typed=c", "/commands"):
             self.assertEqual(server.get(path)[0], 401, path)
         self.assertEqual(server.get("/reports?token=" + token)[0], 401)
         self.assertEqual(server.command("ping", Authorization=None)[0], 401)
@@ -212,7 +206,7 @@ class Commands(unittest.TestCase):
     def test_a_page_of_another_site_commands_nothing(self):
         server = self.serve()
         for origin in (None, "null", "http://evil.example", "http://127.0.0.1:1", "https://" + server.address,
-                       "http://" + server.address + ".evil.example", "http://" + server.live):
+                       "http://" + server.address + ".evil.example"):
             status, _, text = server.command("ping", Origin=origin)
             self.assertEqual(status, 403, origin)
             self.assertIn("Origin", text)
@@ -273,18 +267,14 @@ class Commands(unittest.TestCase):
         server.hears("done: ping")
         self.assertIsNone(server.process.poll())
 
-    def test_the_live_page_takes_no_command(self):
+    def test_the_page_has_a_panel_and_one_path_takes_commands(self):
         server = self.serve()
-        connection = http.client.HTTPConnection(server.live, timeout=patience_s)
-        connection.request("POST", "/commands", json.dumps({"line": "ping"}), server.headers())
-        self.assertEqual(connection.getresponse().status, 405)
-        for path in ("/commands", "/reports", "/page/commands.html", "/page/commands.js"):
-            connection = http.client.HTTPConnection(server.live, timeout=patience_s)
-            connection.request("GET", path, headers=server.headers())
-            self.assertEqual(connection.getresponse().status, 404, path)
-        # And the page of commands gives no file of the results.
-        for path in ("/state", "/events", "/files/report.json", "/page/index.html", "/page/../token"):
-            self.assertEqual(server.get(path, headers=server.headers())[0], 404, path)
+        self.assertIs(server.state()["commands"], True)
+        self.assertEqual(server.get("/page/commands.js")[0], 200)
+        self.assertEqual(server.get("/commands", headers=server.headers())[0], 405)
+        for path in ("/", "/state", "/events", "/reports", "/help", "/files/report.json", "/page/commands.js", "/commands/"):
+            self.assertEqual(server.post('{"line":"ping"}', path)[0], 405, path)
+        self.assertFalse(any("sent:" in line for line in server.listen()))
 
     def test_the_token_is_nowhere_to_be_read(self):
         environment = {**os.environ, "ILP_COMMAND_TOKEN": token}
@@ -325,33 +315,33 @@ class Commands(unittest.TestCase):
         wait_for("the flight", lambda: server.command("ping")[0] == 200)
         server.hears("done: ping")
 
-    def refused(self, *options, environment=None):
+    def refused(self, *options, listen="127.0.0.1:0", environment=None):
         box = os.path.join(self.folder, "refused")
         os.makedirs(box, exist_ok=True)
-        run = subprocess.run([ground, "serve", box, "--listen", "127.0.0.1:0", *options], capture_output=True, text=True,
+        run = subprocess.run([ground, "serve", box, "--listen", listen, *options], capture_output=True, text=True,
                              timeout=patience_s, env=environment)
         self.assertEqual(run.returncode, 1, run.stderr)
         self.assertNotIn(token, run.stderr)
         return run.stderr
 
-    def test_a_page_that_would_not_be_safe_does_not_start(self):
-        at, link = ("--commands", "127.0.0.1:0"), ("--link", "127.0.0.1:10025")
-        file = ("--token-file", self.token_file)
-        self.assertIn("needs the address at which the flight listens", self.refused(*at, *file))
-        self.assertIn("commands need a token", self.refused(*at, *link))
-        self.assertIn("say where it is", self.refused(*link, *file))
+    def test_a_panel_that_would_not_be_safe_does_not_start(self):
+        link, file = ("--commands", "127.0.0.1:10025"), ("--token-file", self.token_file)
+        self.assertIn("an address is written", self.refused("--commands", "10025", *file))
+        self.assertIn("commands need a token", self.refused(*link))
+        self.assertIn("say where the flight listens", self.refused(*file))
+        self.assertIn("say where the flight listens", self.refused("--commands-from-other-computers"))
         for everywhere in ("0.0.0.0:0", "192.0.2.1:0"):
-            self.assertIn("--commands-from-other-computers", self.refused("--commands", everywhere, *link, *file))
+            self.assertIn("--commands-from-other-computers", self.refused(*link, *file, listen=everywhere))
         loose = write_private(os.path.join(work, "loose"), token)
         os.chmod(loose, stat.S_IRUSR | stat.S_IWUSR | stat.S_IRGRP)
-        self.assertIn("chmod 600", self.refused(*at, *link, "--token-file", loose))
+        self.assertIn("chmod 600", self.refused(*link, "--token-file", loose))
         for bad in ("short", "with blanks in the middle", "", "x" * 257, "t\u00f6ken-with-umlaut-123"):
             weak = write_private(os.path.join(work, "weak"), bad + "\n")
-            self.assertIn("16 to 256 printable", self.refused(*at, *link, "--token-file", weak))
+            self.assertIn("16 to 256 printable", self.refused(*link, "--token-file", weak))
             self.assertIn("16 to 256 printable",
-                          self.refused(*at, *link, environment={**os.environ, "ILP_COMMAND_TOKEN": bad}))
-        self.assertIn("cannot read the token file", self.refused(*at, *link, "--token-file", work + "/none"))
-        self.assertIn("no plain file", self.refused(*at, *link, "--token-file", work))
+                          self.refused(*link, environment={**os.environ, "ILP_COMMAND_TOKEN": bad}))
+        self.assertIn("cannot read the token file", self.refused(*link, "--token-file", work + "/none"))
+        self.assertIn("no plain file", self.refused(*link, "--token-file", work))
         usage = subprocess.run([ground, "serve", work, "--token", token], capture_output=True, text=True)
         self.assertEqual(usage.returncode, 2, "a token is never an argument")
 

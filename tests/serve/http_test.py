@@ -102,7 +102,7 @@ class Serve(unittest.TestCase):
         self.assertTrue(again.updates[0][0]["full"])
         wait_for("the end of the run", lambda: server.state()["run"]["state"] == "waiting")
         after = server.state()
-        lists = ("keyframes/", "strips/", "events/", "map/")
+        lists = ("keyframes/", "strips/", "events/", "figures/")
         self.assertEqual({k: v for k, v in after.items() if k.startswith(lists)}, {k: v for k, v in before.items() if k.startswith(lists)})
 
     def test_the_page_needs_nothing_from_elsewhere(self):
@@ -110,7 +110,7 @@ class Serve(unittest.TestCase):
         status, headers, page = server.get("/")
         self.assertEqual((status, headers["Content-Type"]), (200, "text/html; charset=utf-8"))
         self.assertIn("default-src 'none'", headers["Content-Security-Policy"])
-        for part in ("live.css", "main.js", "connection.js", "map.js", "sections.js", "plot.js", "text.js", "style.css"):
+        for part in ("live.css", "main.js", "connection.js", "zoom.js", "sections.js", "figures.js", "plot.js", "text.js", "style.css"):
             status, headers, text = server.get("/page/" + part)
             self.assertEqual(status, 200, part)
             self.assertNotIn(b"http://", text)
@@ -122,14 +122,18 @@ class Serve(unittest.TestCase):
         files = server.state()["results"]
         self.assertEqual(files, sorted(set(files)))
         for name in files + ["keyframes/000001-image.png"]:
-            status, _, content = server.get("/files/" + name)
+            status, headers, content = server.get("/files/" + name)
+            # What lies in the results acts for nobody who has the page open.
+            self.assertTrue(headers["Content-Security-Policy"].startswith("sandbox allow-scripts"), name)
+            self.assertNotIn("allow-same-origin", headers["Content-Security-Policy"])
             with open(os.path.join(self.out, name), "rb") as file:
                 self.assertEqual((status, content), (200, file.read()), name)
-        map_ = server.state()["map/1"]
-        for kind in ("image", "relief"):
-            status, headers, content = server.get(map_[kind])
+        figure = server.state()["figures/strip 1"]
+        for picture in (figure, figure["heights"]):
+            status, headers, content = server.get(picture["href"])
             self.assertEqual((status, headers["Content-Type"], content[:4]), (200, "image/png", b"\x89PNG"))
-            self.assertEqual([int.from_bytes(content[at:at + 4], "big") for at in (16, 20)], map_["size"])
+            size = [int.from_bytes(content[at:at + 4], "big") for at in (16, 20)]
+            self.assertEqual(size, [picture["view"]["width"], picture["view"]["height"]])
 
     def assert_same(self, item, value, name):
         """But for the digits that are not sent."""
@@ -160,7 +164,7 @@ class Serve(unittest.TestCase):
                 self.assertEqual(len([n for n in state if n.startswith(key + "/")]), len(value), key)
                 item = [state[f"{key}/{one.get('id', i)}"] for i, one in enumerate(value)]
             self.assert_same(item, value, key)
-        self.assertEqual({n.split("/")[0] for n in state} - set(report), {"run", "map", "results"})
+        self.assertEqual({n.split("/")[0] for n in state} - set(report), {"run", "figures", "results"})
         for keyframe in report["keyframes"]:
             for name in ("image", "depth", "mask"):
                 status = server.get(f"/files/keyframes/{keyframe['id']:06d}-{name}.png")[0]
@@ -193,12 +197,21 @@ class Serve(unittest.TestCase):
         for method in ("POST", "PUT", "DELETE", "OPTIONS", "PATCH"):
             status, headers, text = server.get("/state", method, body=b"x" * 100)
             self.assertEqual((status, headers["Allow"]), (405, "GET, HEAD"), method)
-            self.assertIn(b"GET and HEAD", text)
+            self.assertIn(b"/state is for GET and HEAD", text)
         status, headers, text = server.get("/nothing<script>%07")
         self.assertEqual((status, headers["X-Content-Type-Options"]), (404, "nosniff"))
         self.assertTrue(headers["Content-Type"].startswith("text/plain"))
         self.assertEqual(server.get("/", "HEAD")[0], 200)
         self.assertEqual(server.get("/", "HEAD")[2], b"")
+
+    def test_a_server_without_commands_has_no_way_to_give_one(self):
+        server = self.serve()
+        headers = {"Origin": "http://" + server.address, "Content-Type": "application/json", "Authorization": "Bearer x"}
+        for path in ("/commands", "/reports", "/help", "/complete", "/page/commands.js"):
+            self.assertEqual(server.get(path, headers=headers)[0], 404, path)
+            status, allowed, _ = server.get(path, "POST", headers=headers, body='{"line":"ping"}')
+            self.assertEqual((status, allowed["Allow"]), (405, "GET, HEAD"), path)
+        self.assertNotIn("commands", server.state())
 
     def test_requests_too_large_or_broken_leave_it_at_work(self):
         server = self.serve()

@@ -29,8 +29,8 @@ def wait_for(what, condition):
 
 
 class Server:
-    def __init__(self, ground, box, *options):
-        self.process = subprocess.Popen([*with_the_test, ground, "serve", box, *options], stdout=subprocess.PIPE, text=True)
+    def __init__(self, ground, box, *options, **more):
+        self.process = subprocess.Popen([*with_the_test, ground, "serve", box, *options], stdout=subprocess.PIPE, text=True, **more)
         first = self.process.stdout.readline()
         assert first.startswith("The flight is at http://"), first
         self.address = first.split("//")[1].strip()

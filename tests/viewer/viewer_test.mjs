@@ -96,7 +96,7 @@ const tests = {
     await picture(page, 'first-view');
     const { vertices, cameras, posed, calls } = await page.evaluate(() => ({
       vertices: ilpViewer.scene.terrain.vertices, cameras: ilpViewer.scene.track.cameras.count,
-      posed: ilpViewer.flight.totals.posed, calls: ilpViewer.scene.calls,
+      posed: ilpViewer.flight.totals.final_poses, calls: ilpViewer.scene.calls,
     }));
     const stride = await page.evaluate(() => ilpViewer.state.strip.grid.stride);
     assert.equal(vertices, grid.covered(stride));

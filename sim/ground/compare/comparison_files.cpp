@@ -5,16 +5,15 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "sim/ground/report/figures.hpp"
+#include "sim/ground/report/json_writer.hpp"
+#include "sim/ground/report/map_pictures.hpp"
+#include "sim/ground/report/page.hpp"
 #include "sim/host/files.hpp"
 #include "sim/host/picture.hpp"
-#include "sim/host/svg_plot.hpp"
-#include "sim/host/text_format.hpp"
 
 namespace ilp::compare {
 namespace {
 
-using host::brief;
 using nlohmann::json;
 
 json number(double value) {
@@ -41,6 +40,10 @@ json within(const CellCounts::Within& counts) {
   return {{"cells", counts.stated},
           {"within_1", share(counts.one, counts.stated)},
           {"within_2", share(counts.two, counts.stated)}};
+}
+
+json histogram_json(const HeightHistogram& h) {
+  return {{"low_m", h.low}, {"bin_m", h.width}, {"counts", h.counts}, {"outside", h.outside}};
 }
 
 json alignment_json(const Comparison& c) {
@@ -75,11 +78,7 @@ json comparison_json(const Comparison& c) {
             {"abs_95_m", d.abs_95},
             {"least_m", d.least},
             {"most_m", d.most}}},
-          {"histogram",
-           {{"low_m", d.histogram.low},
-            {"bin_m", d.histogram.width},
-            {"counts", d.histogram.counts},
-            {"outside", d.histogram.outside}}},
+          {"histogram", histogram_json(d.histogram)},
           {"cells",
            {{"compared", n.compared},
             {"without_height", n.without_height},
@@ -124,51 +123,20 @@ Picture draw(const Comparison& c) {
   return picture;
 }
 
-std::string histogram_plot(const Comparison& c) {
-  const HeightHistogram& h = c.difference.histogram;
-  host::PlotSeries outline{"cells", "s1", host::Mark::curve, {}};
-  for (std::size_t i = 0; i < h.counts.size(); ++i) {
-    const double x = h.low + static_cast<double>(i) * h.width, count = static_cast<double>(h.counts[i]);
-    outline.points.emplace_back(x, count);
-    outline.points.emplace_back(x + h.width, count);
-  }
-  host::Plot plot;
-  plot.title = "Height differences; " + std::to_string(h.outside) + " cells lie outside of the plot";
-  plot.x_label = "map minus other model, m";
-  plot.y_label = "cells";
-  plot.series.push_back(std::move(outline));
-  plot.counts = false;
-  return host::svg_plot(plot);
-}
-
-std::string table_of(const std::vector<std::string>& lines) {
-  std::string html = "<div class=\"scroll\"><table>\n";
-  for (const std::string& line : lines) {
-    const std::size_t word = line.find(' '), text = line.find_first_not_of(' ', word);
-    if (text == std::string::npos) continue;
-    html += "<tr><td class=\"t\">" + host::escaped(line.substr(0, word)) + "</td><td class=\"t w\">" +
-            host::escaped(line.substr(text)) + "</td></tr>\n";
-  }
-  return html + "</table></div>\n";
-}
-
-std::string page(const Comparison& c, const Picture& picture) {
+void write_page(const Comparison& c, const Picture& picture, std::ostream& out) {
   const std::string title = "Heights of " + c.map.filename().string() + " against " + c.other.filename().string();
-  std::string html = report::begin_page(title) + "<header><p class=\"kicker\">Comparison</p><h1>" +
-                     host::escaped(title) + "</h1></header>\n";
-  html += table_of(summary_of(c));
-  html += "<h2>Map minus other model</h2>\n" +
-          report::figure(report::open_svg(picture.pixels, "height difference in colours over the shaded ground") +
-                             report::colour_legend("Map minus other model", picture.range, "m", picture.view.width,
-                                                   host::diverging) +
-                             report::scale_bar(picture.view, "m"),
-                         "Colours: height of the map minus height of the other model after alignment. The range holds "
-                         "95 % of the cells. Shades: the ground of the map, lit from the upper left (slopes " +
-                             brief(picture.exaggeration) + " times steeper than they are). Blank: not compared.");
-  html += "<div class=\"plots\">" + histogram_plot(c) + "</div>\n";
-  return html +
-         "<footer class=\"note\"><p>Beside this page: <code>difference.tif</code>, <code>difference.png</code>, "
-         "<code>comparison.json</code>.</p></footer>\n</main></body></html>\n";
+  const auto write_data = [&](std::ostream& to) {
+    report::JsonWriter page(to, report::JsonStyle::compact);
+    page.put("title", title);
+    page.put("lines", summary_of(c));
+    page.put("histogram", histogram_json(c.difference.histogram));
+    page.put("picture", report::coloured_picture_json(picture.view, host::data_uri(host::png_bytes(picture.pixels)),
+                                                      picture.range, host::diverging));
+    page.put("exaggeration", picture.exaggeration);
+    page.end();
+  };
+  report::write_page(title, "<code>comparison.json</code> and <code>difference.png</code> beside it have the figures.",
+                     {{"comparison", write_data}}, out);
 }
 
 }  // namespace
@@ -177,7 +145,7 @@ void write_comparison_files(const Comparison& c) {
   const Picture picture = draw(c);
   host::update_file(c.out / "difference.png", host::png_bytes(picture.pixels));
   host::update_file(c.out / "comparison.json", comparison_json(c).dump(1) + "\n");
-  host::update_file(c.out / "comparison.html", page(c, picture));
+  host::update_file(c.out / "comparison.html", [&](std::ostream& out) { write_page(c, picture, out); });
 }
 
 }  // namespace ilp::compare

@@ -181,9 +181,9 @@ StripFixes strip_fixes(const intake::Flight& flight, const intake::Strip& strip,
     if (const auto found = by_id.find(id); found != by_id.end()) compare(*found->second, frames, one);
   }
   out.track_by_vehicle = track_by_vehicle(frames.vehicle, measured);
-  out.track_by_first = track_by(frames.first, measured);
   out.track_by_all = track_by(frames.all, measured);
   sum_up(out);
+  if (out.accepted > first_fixes) out.track_by_first = track_by(frames.first, measured);
   return out;
 }
 

@@ -35,7 +35,8 @@ struct StripFixes {
   std::vector<KeyframeFix> keyframes;  ///< by id
   std::size_t registered = 0, fixed = 0, accepted = 0;
   host::ErrorSummary off_by_vehicle, off_by_first, off_by_all;  ///< m
-  /// Camera centres on the map; empty where the fixes, or the vehicle's measurements, do not determine it.
+  /// Camera centres on the map; empty where the fixes, or the vehicle's measurements, do not determine it, and where no
+  /// fix comes after the first ones.
   std::vector<Vec3> track_by_vehicle, track_by_first, track_by_all;
 };
 

@@ -23,6 +23,12 @@ Json number(const std::optional<double>& value) {
   return value ? Json(*value) : Json(nullptr);
 }
 
+Json plan_json(const std::vector<Vec3>& track) {
+  Json json = Json::array();
+  for (const Vec3& centre : track) json.push_back({centre.x(), centre.y()});
+  return json;
+}
+
 Json distances_json(const host::ErrorSummary& distances) {
   if (distances.count == 0) return nullptr;
   return {{"count", distances.count}, {"median", distances.median}, {"largest", distances.max}};
@@ -175,6 +181,10 @@ Json json_of(const FixSummary& summary) {
                       {"off_by_vehicle_m", distances_json(strip.off_by_vehicle)},
                       {"off_by_first_fixes_m", distances_json(strip.off_by_first)},
                       {"off_by_all_fixes_m", distances_json(strip.off_by_all)},
+                      {"tracks_m",
+                       {{"by_vehicle", plan_json(strip.track_by_vehicle)},
+                        {"by_first_fixes", plan_json(strip.track_by_first)},
+                        {"by_all_fixes", plan_json(strip.track_by_all)}}},
                       {"keyframes", keyframes}});
   }
   return {{"keyframes", summary.keyframes},

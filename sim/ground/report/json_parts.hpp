@@ -1,4 +1,4 @@
-// Parts of report.json that stand alone; the viewer has some of them.
+// Parts of report.json that stand alone.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>

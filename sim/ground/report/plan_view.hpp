@@ -48,17 +48,4 @@ inline constexpr host::Rgba laid_hatch{214, 130, 70, 255};
 [[nodiscard]] host::Raster<host::Rgba> relief_picture(const ViewSurface& surface, const host::ValueRange& range,
                                                       host::ColourMap colours = host::viridis);
 
-// The terrain with the flight above it, seen at a slant from the right of the track.
-
-struct ObliqueView {
-  host::Raster<host::Rgba> picture;
-  std::vector<std::array<double, 2>> track;  ///< picture px of the camera centres
-  std::vector<std::array<double, 2>> below;  ///< picture px of the mean plane below them
-  double exaggeration = 1;                   ///< of heights above the mean plane
-};
-
-/// A painter with depth buffer: perspective, the orthoimage as texture, shaded.
-[[nodiscard]] ObliqueView draw_oblique(const ViewSurface& surface, const PlanView& view, const map::Plane& plane,
-                                       const std::vector<Vec3>& track, std::int32_t width);
-
 }  // namespace ilp::report

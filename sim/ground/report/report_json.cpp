@@ -537,8 +537,20 @@ Json control_json(const std::vector<control::StripControl>& strips) {
   return json;
 }
 
-Json frame_json(std::int64_t id, const OverlapRecord& overlap) {
+/// Of frames whose record, or that of their keyframe, came down.
+std::map<std::int64_t, TimeNs> frame_times(const intake::Flight& flight) {
+  std::map<std::int64_t, TimeNs> times;
+  for (const auto& [id, frame] : flight.frames) times[id] = frame.time_ns;
+  for (const auto& [id, keyframe] : flight.keyframes) {
+    if (keyframe.record) times[keyframe.record->frame_id] = keyframe.record->time_ns;
+  }
+  return times;
+}
+
+Json frame_json(std::int64_t id, const OverlapRecord& overlap, const std::map<std::int64_t, TimeNs>& times) {
+  const auto time = times.find(id);
   return {{"id", id},
+          {"time_ns", time == times.end() ? Json(nullptr) : Json(time->second)},
           {"keyframe", overlap.keyframe_id},
           {"overlap", overlap.overlap},
           {"verdict", words_of(overlap.verdict)},
@@ -606,7 +618,8 @@ void write_report_json(const Report& report, std::ostream& out, JsonStyle style)
   json.end_list();
   write_keyframes(report, json);
   json.begin_list("frames");
-  for (const auto& [id, overlap] : report.flight.overlaps) json.add(frame_json(id, overlap));
+  const std::map<std::int64_t, TimeNs> times = frame_times(report.flight);
+  for (const auto& [id, overlap] : report.flight.overlaps) json.add(frame_json(id, overlap, times));
   json.end_list();
   json.put("captures", captures_json(report));
   json.begin_list("events");

@@ -1,5 +1,5 @@
-// The operator's console behind the page of commands: a thread that owns it, the lines that it has said, and the orders
-// that wait for it.
+// The operator's console behind the panel of commands: a thread that owns it, the lines that it has said, and the
+// orders that wait for it.
 #pragma once
 
 #include <atomic>

@@ -4,11 +4,8 @@
 
 #include <algorithm>
 #include <memory>
-#include <stdexcept>
 #include <tuple>
 #include <utility>
-
-#include "sim/ground/serve/http_reply.hpp"
 
 namespace ilp::serve {
 
@@ -101,22 +98,6 @@ void ConnectionPlaces::watch() {
       if (!connection->gone && !connection->answering && connection->asks_since < latest) close(*connection);
     }
   }
-}
-
-MHD_Daemon* start_daemon(SocketAddress& address, const char* option, const Answering& answering,
-                         ConnectionPlaces& places) {
-  int socket = listening_socket(address, option);
-  // The server closes the socket.
-  MHD_Daemon* const daemon = MHD_start_daemon(
-      MHD_USE_INTERNAL_POLLING_THREAD | MHD_USE_THREAD_PER_CONNECTION | MHD_USE_POLL, 0, nullptr, nullptr,
-      answering.on_request, answering.self, MHD_OPTION_LISTEN_SOCKET, socket, MHD_OPTION_CONNECTION_LIMIT,
-      places.library_limit(), MHD_OPTION_CONNECTION_MEMORY_LIMIT, answering.bytes_per_connection,
-      MHD_OPTION_CONNECTION_TIMEOUT, answering.idle_s, MHD_OPTION_NOTIFY_CONNECTION, &ConnectionPlaces::on_connection,
-      &places, MHD_OPTION_NOTIFY_COMPLETED, answering.on_end, answering.self, MHD_OPTION_END);
-  if (daemon != nullptr) return daemon;
-  close_socket(socket);
-  throw std::runtime_error("cannot serve at " + address_text(address) +
-                           ": no thread can be started; end other programs");
 }
 
 }  // namespace ilp::serve

@@ -70,18 +70,4 @@ class ConnectionPlaces {
   std::thread watch_;
 };
 
-/// What answers the requests of a server.
-struct Answering {
-  MHD_AccessHandlerCallback on_request;
-  MHD_RequestCompletedCallback on_end;
-  void* self;
-  std::size_t bytes_per_connection;
-  unsigned idle_s;
-};
-
-/// Listens at the address, which becomes the bound one, with a thread for every connection. Throws as
-/// listening_socket(), and where no thread can be started.
-[[nodiscard]] MHD_Daemon* start_daemon(SocketAddress& address, const char* option, const Answering& answering,
-                                       ConnectionPlaces& places);
-
 }  // namespace ilp::serve

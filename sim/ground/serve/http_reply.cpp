@@ -17,11 +17,10 @@ void add_header(MHD_Response* response, const char* name, const char* value) {
   (void)MHD_add_response_header(response, name, value);
 }
 
-std::string advice_for(int error, const std::string& option) {
+const char* advice_for(int error) {
   switch (error) {
     case EADDRINUSE:
-      return "; another program uses this port: end that program, or name another port with " + option +
-             " (port 0: any free "
+      return "; another program uses this port: end that program, or name another port with --listen (port 0: any free "
              "one)";
     case EADDRNOTAVAIL:
       return "; name an address of this computer (ip address lists them)";
@@ -84,9 +83,9 @@ MHD_Result refuse_method(MHD_Connection* connection, const char* allowed, const 
   return send(connection, MHD_HTTP_METHOD_NOT_ALLOWED, response, "text/plain; charset=utf-8");
 }
 
-MHD_Result give_page_file(MHD_Connection* connection, std::string_view name, bool (*is_part)(std::string_view)) {
+MHD_Result give_page_file(MHD_Connection* connection, std::string_view name) {
   for (const PageFile& file : page_files()) {
-    if (file.name != name || !is_part(name)) continue;
+    if (file.name != name) continue;
     MHD_Response* response = response_of(file.text);
     if (response != nullptr) add_header(response, "Content-Security-Policy", page_policy);
     return send(connection, MHD_HTTP_OK, response, content_type(name));
@@ -125,13 +124,13 @@ std::string address_text(const SocketAddress& address) {
   return std::string(text) + ":" + std::to_string(address.port);
 }
 
-int listening_socket(SocketAddress& address, const std::string& option) {
+int listening_socket(SocketAddress& address) {
   int socket = -1;
   const std::string wanted = address_text(address);
   const Status opened = open_socket(SocketKind::tcp, address, socket);
   if (!opened.ok()) {
     throw std::runtime_error("cannot listen at " + wanted + ": " + std::strerror(static_cast<int>(opened.a)) +
-                             advice_for(static_cast<int>(opened.a), option));
+                             advice_for(static_cast<int>(opened.a)));
   }
   (void)local_address(socket, address);
   return socket;

@@ -1,4 +1,4 @@
-// Answers of the HTTP servers, with the headers that all of them have.
+// Answers of the HTTP server, with the headers that all of them have.
 #pragma once
 
 #include <microhttpd.h>
@@ -12,8 +12,8 @@ namespace ilp::serve {
 
 /// The page takes nothing from elsewhere, and no other site may show it.
 inline constexpr const char* page_policy =
-    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; frame-src "
-    "'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; "
+    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
 /// What a client wrote, for a text that shows it again: its first 200 characters, those that are no ASCII as `?`.
 [[nodiscard]] std::string shown(std::string_view text);
@@ -27,8 +27,8 @@ MHD_Result send(MHD_Connection* connection, unsigned status, MHD_Response* respo
 MHD_Result refuse(MHD_Connection* connection, unsigned status, const std::string& why);
 /// 405, with the methods that are allowed, such as "GET, HEAD".
 MHD_Result refuse_method(MHD_Connection* connection, const char* allowed, const std::string& why);
-/// A part of the page by its name. Only the files whose names `is_part` accepts are found.
-MHD_Result give_page_file(MHD_Connection* connection, std::string_view name, bool (*is_part)(std::string_view));
+/// A part of the page by its name.
+MHD_Result give_page_file(MHD_Connection* connection, std::string_view name);
 
 [[nodiscard]] const char* content_type(std::string_view name);
 
@@ -43,8 +43,8 @@ MHD_Result refuse_host(MHD_Connection* connection, std::string_view host, const 
 /// 127.0.0.1:8080
 [[nodiscard]] std::string address_text(const SocketAddress& address);
 
-/// Listens at the address, which becomes the bound one. Throws std::runtime_error with a message for the user that
-/// names the option by which the address was given.
-[[nodiscard]] int listening_socket(SocketAddress& address, const std::string& option);
+/// Listens at the address of --listen, which becomes the bound one. Throws std::runtime_error with a message for the
+/// user.
+[[nodiscard]] int listening_socket(SocketAddress& address);
 
 }  // namespace ilp::serve

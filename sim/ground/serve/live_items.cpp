@@ -5,24 +5,29 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "sim/ground/report/map_pictures.hpp"
+#include "sim/host/digest.hpp"
+
 namespace ilp::serve {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json nine_digits(double value) {
-  char text[32];
-  std::snprintf(text, sizeof(text), "%.9g", value);
-  return std::strtod(text, nullptr);
+/// Numbers with nine digits.
+Json parsed(const std::string& text) {
+  return Json::parse(text, [](int, Json::parse_event_t, Json& value) {
+    char digits[32];
+    if (!value.is_number_float()) return true;
+    std::snprintf(digits, sizeof(digits), "%.9g", value.get<double>());
+    value = std::strtod(digits, nullptr);
+    return true;
+  });
 }
 
 Json report_json(const report::Report& report) {
   std::stringstream text;
   report::write_report_json(report, text, report::JsonStyle::compact);
-  return Json::parse(text, [](int, Json::parse_event_t, Json& value) {
-    if (value.is_number_float()) value = nine_digits(value.get<double>());
-    return true;
-  });
+  return parsed(text.str());
 }
 
 void put(const std::string& name, const Json& value, Items& items) {
@@ -43,6 +48,14 @@ Json listed_files(const std::set<std::string>& files) {
   return list;
 }
 
+// The path carries the content's digest, so that a browser keeps a picture until it changes.
+std::string keep(const std::string& name, const std::vector<std::uint8_t>& png, Pictures& pictures) {
+  const std::string_view bytes(reinterpret_cast<const char*>(png.data()), png.size());
+  std::string path = "/map/" + name + "-" + host::digest_text(host::digest(bytes)) + ".png";
+  pictures[path] = std::make_shared<const std::vector<std::uint8_t>>(png);
+  return path;
+}
+
 }  // namespace
 
 Items live_items(const report::Report& report, const std::set<std::string>& files, Pictures& pictures) {
@@ -59,12 +72,9 @@ Items live_items(const report::Report& report, const std::set<std::string>& file
     items["captures"]["list"] = Json::array();
     items.erase("captures/list");
   }
-  for (const report::StripResult& strip : report.strips) {
-    Json map = strip.grid ? map_item(strip, pictures) : Json::object();
-    if (const auto north = strip.georeference.north()) map["north"] = *north;
-    map["strip"] = strip.strip.id;
-    items["map/" + std::to_string(strip.strip.id)] = map;
-  }
+  report::map_figures(
+      report, [&](const std::string& name, const auto& png) { return keep(name, png, pictures); },
+      [&](const std::string& name, const Json& figure) { items["figures/" + name] = parsed(figure.dump()); });
   items["results"] = listed_files(files);
   return items;
 }

@@ -18,11 +18,8 @@ using Pictures = std::map<std::string, std::shared_ptr<const std::vector<std::ui
 
 /// report.json as items KEY. A list of objects is empty in it, and has an item KEY/ID or, without numbers of their own,
 /// KEY/INDEX for each of them; captures also have captures/list/ID. Of "files" there are those with a fault.
-/// "map/STRIP" and "results", the names of the files, are of the live page only. Numbers have nine digits, so that what
-/// only rounding changes is not sent again. Pictures of the maps are put into `pictures`.
+/// "figures/NAME" (report::map_figures) and "results", the names of the files, are of the live page only. Numbers have
+/// nine digits, so that what only rounding changes is not sent again. The figures' pictures are put into `pictures`.
 [[nodiscard]] Items live_items(const report::Report& report, const std::set<std::string>& files, Pictures& pictures);
-
-/// Only the map's pictures and where they lie.
-[[nodiscard]] nlohmann::ordered_json map_item(const report::StripResult& strip, Pictures& pictures);
 
 }  // namespace ilp::serve

@@ -3,8 +3,8 @@
 #include <atomic>
 #include <chrono>
 #include <cstring>
+#include <stdexcept>
 
-#include "sim/ground/serve/connection_places.hpp"
 #include "sim/ground/serve/http_reply.hpp"
 
 namespace ilp::serve {
@@ -12,10 +12,8 @@ namespace {
 
 constexpr std::chrono::milliseconds alive_every{5000};
 constexpr std::size_t stream_block = 32768;
-
-bool is_live_part(std::string_view name) {
-  return !name.starts_with("commands.");
-}
+// A page of its own that cannot act for this one, whatever a file says: it has no origin.
+constexpr const char* file_policy = "sandbox allow-scripts allow-downloads allow-popups";
 
 }  // namespace
 
@@ -34,16 +32,23 @@ struct PageServer::Inside {
   };
 
   LiveFlight& flight;
+  Commands* commands;  ///< may be null
   ServerLimits limits;
   SocketAddress address;
   ConnectionPlaces places;
   MHD_Daemon* daemon = nullptr;
   std::atomic<bool> ending = false;
 
-  Inside(LiveFlight& of, const ServerLimits& bounds)
-      : flight(of), limits(bounds), places(limits.connections, limits.request, [this] { flight.state().wake(); }) {}
+  Inside(LiveFlight& of, Commands* by, const ServerLimits& bounds)
+      : flight(of),
+        commands(by),
+        limits(bounds),
+        places(limits.connections, limits.request, [this] { flight.state().wake(); }) {}
 
-  MHD_Result answer(MHD_Connection* connection, const std::string& path, std::string_view method);
+  [[nodiscard]] bool is_commanding(std::string_view path) const { return commands != nullptr && is_command_path(path); }
+  std::optional<MHD_Result> refuse_by_headers(MHD_Connection* connection, const std::string& path,
+                                              std::string_view method);
+  MHD_Result answer(MHD_Connection* connection, const std::string& path, bool post, const std::string& body);
   MHD_Result give_picture(MHD_Connection* connection, const std::string& path) const;
   MHD_Result give_file(MHD_Connection* connection, const std::string& name) const;
   MHD_Result give_events(MHD_Connection* connection);
@@ -109,20 +114,31 @@ MHD_Result PageServer::Inside::give_file(MHD_Connection* connection, const std::
                   shown(name) + " is being written, or is no plain file; try again in a moment");
   }
   // The response closes the file.
-  return send(connection, MHD_HTTP_OK, MHD_create_response_from_fd64(file.bytes, file.file), content_type(name),
-              "no-cache");
+  MHD_Response* response = MHD_create_response_from_fd64(file.bytes, file.file);
+  if (response != nullptr) (void)MHD_add_response_header(response, "Content-Security-Policy", file_policy);
+  return send(connection, MHD_HTTP_OK, response, content_type(name), "no-cache");
 }
 
-MHD_Result PageServer::Inside::answer(MHD_Connection* connection, const std::string& path, std::string_view method) {
+// Before anything of a body is read.
+std::optional<MHD_Result> PageServer::Inside::refuse_by_headers(MHD_Connection* connection, const std::string& path,
+                                                                std::string_view method) {
   const std::string_view host = header(connection, "Host");
   const SocketAddress& local = ConnectionPlaces::of(connection).local;
   if (!is_own_host(host, local)) return refuse_host(connection, host, local);
-  if (method != "GET" && method != "HEAD") {
-    return refuse_method(connection, "GET, HEAD",
-                         "this server only shows a flight: it answers GET and HEAD, not " + shown(method));
+  const bool takes_post = commands != nullptr && path == "/commands", post = takes_post && method == "POST";
+  if (!post && method != "GET" && method != "HEAD") {
+    return refuse_method(connection, takes_post ? "GET, HEAD, POST" : "GET, HEAD",
+                         shown(path) + " is for GET and HEAD, not for " + shown(method));
   }
-  if (path == "/") return give_page_file(connection, "index.html", is_live_part);
-  if (path.starts_with("/page/")) return give_page_file(connection, std::string_view(path).substr(6), is_live_part);
+  return is_commanding(path) ? refuse_command(connection, post, *commands, places) : std::nullopt;
+}
+
+MHD_Result PageServer::Inside::answer(MHD_Connection* connection, const std::string& path, bool post,
+                                      const std::string& body) {
+  if (is_commanding(path)) return answer_command(connection, path, post, body, *commands);
+  if (path == "/") return give_page_file(connection, "index.html");
+  const bool page = path.starts_with("/page/") && (commands != nullptr || path != "/page/commands.js");
+  if (page) return give_page_file(connection, std::string_view(path).substr(6));
   if (path.starts_with("/map/")) return give_picture(connection, path);
   if (path.starts_with("/files/")) return give_file(connection, path.substr(7));
   if (path == "/state")
@@ -132,18 +148,25 @@ MHD_Result PageServer::Inside::answer(MHD_Connection* connection, const std::str
 }
 
 MHD_Result PageServer::Inside::on_request(void* self, MHD_Connection* connection, const char* path, const char* method,
-                                          const char*, const char*, std::size_t* size, void** context) {
+                                          const char*, const char* data, std::size_t* size, void** context) {
   Inside& server = *static_cast<Inside*>(self);
-  // An answer in the second call keeps the connection open; a request with a body is answered at once, and ends it.
-  const bool bodiless = std::string_view(method) == "GET" || std::string_view(method) == "HEAD";
-  if (*context == nullptr && bodiless) {
-    *context = self;
-    return MHD_YES;
-  }
-  if (*size > 0) return MHD_NO;
-  server.places.answer(ConnectionPlaces::of(connection));
   try {
-    return server.answer(connection, path, method);
+    if (*context == nullptr) {
+      const auto refused = server.refuse_by_headers(connection, path, method);
+      if (refused) server.places.answer(ConnectionPlaces::of(connection));
+      if (refused) return *refused;
+      *context = new std::string;
+      return MHD_YES;
+    }
+    std::string& body = *static_cast<std::string*>(*context);
+    if (*size > 0) {
+      if (body.size() + *size > most_command_bytes) return MHD_NO;
+      body.append(data, *size);
+      *size = 0;
+      return MHD_YES;
+    }
+    server.places.answer(ConnectionPlaces::of(connection));
+    return server.answer(connection, path, std::string_view(method) == "POST", body);
   } catch (const std::exception&) {
     // No memory left for this client: its connection is closed.
     return MHD_NO;
@@ -152,21 +175,32 @@ MHD_Result PageServer::Inside::on_request(void* self, MHD_Connection* connection
 
 void PageServer::Inside::on_end(void* self, MHD_Connection* connection, void** context, MHD_RequestTerminationCode) {
   static_cast<Inside*>(self)->places.end_request(ConnectionPlaces::of(connection));
+  delete static_cast<std::string*>(*context);
   *context = nullptr;
 }
 
-PageServer::PageServer(const SocketAddress& address, LiveFlight& flight, const ServerLimits& limits)
-    : inside_(std::make_unique<Inside>(flight, limits)) {
-  inside_->address = address;
-  inside_->daemon =
-      start_daemon(inside_->address, "--listen",
-                   {&Inside::on_request, &Inside::on_end, inside_.get(), limits.bytes_per_connection, limits.idle_s},
-                   inside_->places);
+PageServer::PageServer(const SocketAddress& address, LiveFlight& flight, Commands* commands, const ServerLimits& limits)
+    : inside_(std::make_unique<Inside>(flight, commands, limits)) {
+  Inside& server = *inside_;
+  server.address = address;
+  int socket = listening_socket(server.address);
+  // The library closes the socket.
+  server.daemon = MHD_start_daemon(
+      MHD_USE_INTERNAL_POLLING_THREAD | MHD_USE_THREAD_PER_CONNECTION | MHD_USE_POLL, 0, nullptr, nullptr,
+      &Inside::on_request, &server, MHD_OPTION_LISTEN_SOCKET, socket, MHD_OPTION_CONNECTION_LIMIT,
+      server.places.library_limit(), MHD_OPTION_CONNECTION_MEMORY_LIMIT, limits.bytes_per_connection,
+      MHD_OPTION_CONNECTION_TIMEOUT, limits.idle_s, MHD_OPTION_NOTIFY_CONNECTION, &ConnectionPlaces::on_connection,
+      &server.places, MHD_OPTION_NOTIFY_COMPLETED, &Inside::on_end, &server, MHD_OPTION_END);
+  if (server.daemon != nullptr) return;
+  close_socket(socket);
+  throw std::runtime_error("cannot serve at " + address_text(server.address) +
+                           ": no thread can be started; end other programs");
 }
 
 PageServer::~PageServer() {
   inside_->ending = true;
   inside_->flight.state().end();
+  if (inside_->commands != nullptr) inside_->commands->queue.end();
   MHD_stop_daemon(inside_->daemon);
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "hal/posix/socket.hpp"
+#include "sim/ground/serve/command_requests.hpp"
 #include "sim/ground/serve/live_flight.hpp"
 
 namespace ilp::serve {
@@ -24,12 +25,12 @@ struct ServerLimits {
 ///                 what is new since. An event "alive" comes every 5 s
 ///   /state        everything as one Update
 ///   /map/NAME     a picture that an item names
-///   /files/NAME   a file of the results
-/// It reads only. Every connection has a thread.
+///   /files/NAME   a file of the results, which a browser shows as a page of no origin
+/// With `commands` (null: none) also what command_requests.hpp says. Every connection has a thread.
 class PageServer {
  public:
   /// Throws std::runtime_error with a message for the user if it cannot listen there.
-  PageServer(const SocketAddress& address, LiveFlight& flight, const ServerLimits& limits = {});
+  PageServer(const SocketAddress& address, LiveFlight& flight, Commands* commands, const ServerLimits& limits = {});
   ~PageServer();
   PageServer(const PageServer&) = delete;
   PageServer& operator=(const PageServer&) = delete;

@@ -9,12 +9,13 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
 #include <thread>
 
 #include "sim/ground/console/link_options.hpp"
-#include "sim/ground/serve/command_server.hpp"
+#include "sim/ground/flight_options.hpp"
 #include "sim/ground/serve/http_reply.hpp"
 #include "sim/ground/serve/page_server.hpp"
 #include "sim/host/command_line.hpp"
@@ -27,7 +28,7 @@ namespace fs = std::filesystem;
 struct Options {
   ground::GroundOptions ground;
   console::LinkOptions link;
-  std::string flight, listen = "127.0.0.1:8080", commands, token_file;
+  std::string flight, listen = "127.0.0.1:8080", token_file;
   bool open_commands = false;
   int every_s = 1;
 };
@@ -40,37 +41,21 @@ SocketAddress listening_address(const std::string& text) {
   return address;
 }
 
-// The page of commands with all that it needs.
-struct CommandPage {
-  TokenGuard guard;
-  CommandQueue command_queue;
-  CommandServer server;
-
-  CommandPage(const SocketAddress& address, const std::string& token, console::OperatorSettings settings)
-      : guard(token), command_queue(std::move(settings)), server(address, command_queue, guard) {}
-};
-
 // None unless the user asks for it.
-std::unique_ptr<CommandPage> command_page(const Options& options) {
-  if (options.commands.empty()) {
-    if (!options.link.address.empty() || !options.token_file.empty() || options.open_commands) {
+std::unique_ptr<Commands> commands_of(const Options& options, const SocketAddress& listen) {
+  if (options.link.address.empty()) {
+    if (!options.token_file.empty() || options.open_commands) {
       throw std::runtime_error(
-          "--link, --token-file and --commands-from-other-computers are for a page of commands: say where it is, with "
-          "--commands 127.0.0.1:8081, or leave them out");
+          "--token-file and --commands-from-other-computers are for commands: say where the flight listens, with "
+          "--commands 127.0.0.1:10025, or leave them out");
     }
     return nullptr;
   }
-  const SocketAddress address = listening_address(options.commands);
-  if (!is_loopback(address) && !options.open_commands) {
-    throw std::runtime_error("other computers would reach the page of commands at " + options.commands +
+  if (!is_loopback(listen) && !options.open_commands) {
+    throw std::runtime_error("other computers could give commands at " + options.listen +
                              ": name 127.0.0.1, and reach it with ssh -L, or add --commands-from-other-computers");
   }
-  if (options.link.address.empty()) {
-    throw std::runtime_error(
-        "a page of commands needs the address at which the flight listens: --link 127.0.0.1:10025");
-  }
-  return std::make_unique<CommandPage>(address, read_token(options.token_file),
-                                       console::operator_settings(options.link));
+  return std::make_unique<Commands>(read_token(options.token_file), console::operator_settings(options.link));
 }
 
 // The folder of a flight holds its downlink as `outbox`, as the simulator writes it.
@@ -106,10 +91,13 @@ int serve(Options& options) {
   ground::require_apart(options.ground);
   lock_folder(options.ground.out);
   LiveFlight flight(options.ground);
-  const PageServer server(listening_address(options.listen), flight);
-  const std::unique_ptr<CommandPage> commands = command_page(options);
+  const SocketAddress listen = listening_address(options.listen);
+  const std::unique_ptr<Commands> commands = commands_of(options, listen);
+  // The page loads its panel of commands by this.
+  if (commands) flight.state().put("commands", true);
+  const PageServer server(listen, flight, commands.get());
   std::cout << "The flight is at http://" << server.address() << "\nResults: " << options.ground.out.string() << "\n";
-  if (commands) std::cout << "Commands are given at http://" << commands->server.address() << "\n";
+  if (commands) std::cout << "Commands go to the flight at " << options.link.address << "\n";
   std::cout << std::flush;
   while (true) {
     flight.look(std::cerr);
@@ -123,7 +111,7 @@ int serve_main(int argc, char** argv) {
   host::CommandLine app(
       "ilp-ground serve",
       "Shows a live flight in a browser: map, track, products, telemetry, events and plots grow as files arrive. The "
-      "page only shows the flight; with --commands there is another one that operates it (docs/serve.md)",
+      "page only shows the flight; with --commands it has a panel that operates it (docs/serve.md)",
       "ilp-ground serve flight --listen 127.0.0.1:8080", "Exit status: 1 the work could not be done, 2 wrong call");
   Options options;
   app.add_option("flight", options.flight,
@@ -135,17 +123,15 @@ int serve_main(int argc, char** argv) {
                  "ADDRESS:PORT of the page; with another address, everybody who reaches it can "
                  "read the flight; port 0: any free one");
   app.add_option("--every", options.every_s, "seconds between two looks for new files")->check(CLI::Range(1, 3600));
-  app.add_option("--title", options.ground.title, "title of the page, such as the place or the mission");
-  app.add_option("--anchor", options.ground.anchor,
-                 "JSON file that says on which body and where the strips were flown");
-  app.add_option("--acknowledge", options.ground.acknowledge, "folder for acknowledgements to the flight");
-  app.add_option("--commands", options.commands,
-                 "ADDRESS:PORT of a page of commands (default: there is none); needs --link and a token");
-  app.add_option("--link", options.link.address, "ADDRESS:PORT at which the flight listens for commands");
+  ground::add_flight_options(app, options.ground);
+  app.add_option(
+      "--commands", options.link.address,
+      "ADDRESS:PORT at which the flight listens for commands: the page then has a panel for them, which asks "
+      "for a token (default: it has none)");
   app.add_option("--token-file", options.token_file,
-                 "file with the token that the page of commands asks for (default: the variable ILP_COMMAND_TOKEN)");
+                 "file with the token that the panel of commands asks for (default: the variable ILP_COMMAND_TOKEN)");
   app.add_flag("--commands-from-other-computers", options.open_commands,
-               "lets --commands name an address that other computers reach; nothing is encrypted there");
+               "lets --listen name an address that other computers reach; nothing is encrypted there");
   options.link.source = 2;
   options.ground.more_comes = true;
   console::add_link_options(app, options.link);

@@ -1,4 +1,4 @@
-// The token that the page of commands asks for.
+// The token that the panel of commands asks for.
 #pragma once
 
 #include <array>

@@ -53,7 +53,7 @@ export function buildPage(root, state) {
     element('div', { class: 'group', role: 'group', 'aria-label': 'Shown over it' }, ...switchButtons),
     element('label', { class: 'group slide', title: 'Vertical exaggeration (X, Shift+X)' }, 'Relief ×', factor, slider),
     element('div', { class: 'group' }, measure));
-  const about = [`${totals.posed} of ${totals.keyframes} keyframes posed`, `${totals.with_depth} with depth`, `${bytesText(totals.received_bytes)} came down`].join(' · ');
+  const about = [`${totals.final_poses} of ${totals.keyframes} keyframes posed`, `${totals.with_depth} with depth`, `${bytesText(totals.received_bytes)} came down`].join(' · ');
   root.replaceChildren(
     element('a', { class: 'skip', href: '#view' }, 'To the view'),
     element('header', {},

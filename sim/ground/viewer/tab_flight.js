@@ -1,18 +1,8 @@
 // The flight in figures: strips, storage, link, what is missing.
 
 import { storageFacts } from '../report/page/storage.js';
+import { navigationText } from '../report/page/strips.js';
 import { element, facts, brief, bytesText, percent, ordinal } from './text.js';
-
-/// What the vehicle's own measurements say of the strip, with one sigma each.
-function navigationFacts(navigation) {
-  if (!navigation) return [];
-  const told = (name, value, unit) => (value === null ? `${name} not known` : `${name} ± ${brief(value)}${unit}`);
-  const parts = [
-    told('scale', navigation.scale_percent, ' %'), told('tilt', navigation.tilt_deg, '°'),
-    told('heading', navigation.heading_deg, '°'), told('place', navigation.place_m, ' m'),
-  ];
-  return [['By navigation', `${parts.join(', ')} (${navigation.verdict})`]];
-}
 
 function stripFacts(strip) {
   const posed = strip.members.filter((k) => k.pose).length;
@@ -22,7 +12,7 @@ function stripFacts(strip) {
       ['Keyframes', `${posed} posed of ${strip.members.length}`],
       ['Track', known(strip.track_length, strip.unit)],
       ['Flown above ground', known(strip.flying_height, strip.unit)],
-      ...navigationFacts(strip.navigation),
+      strip.navigation && ['By navigation', navigationText(strip.navigation)],
       strip.covered_area && ['Ground mapped', `${brief(strip.covered_area)} ${strip.unit}²`],
       strip.grid && ['Map', `${strip.grid.full_width} × ${strip.grid.full_height} cells of ${brief(strip.grid.full_cell)} ${strip.unit}`],
       strip.grid && ['Shown here', `${strip.grid.covered.toLocaleString('en')} heights${strip.grid.stride > 1 ? `, every ${ordinal(strip.grid.stride)} cell` : ''}; orthoimage ${strip.grid.texture_stride > 1 ? `1 : ${strip.grid.texture_stride}` : 'in full'}`],
@@ -52,16 +42,17 @@ function landingFacts(strip, state) {
 export function flightTab(state) {
   const { flight } = state;
   const { totals, timeline } = flight;
+  const skipped = flight.files.filter((f) => f.fault !== null);
   const confirmed = timeline.link.filter((l) => l[2] >= 0).length;
-  const problems = [...flight.remarks, ...flight.skipped.map((f) => `${f.name}: ${f.why}`)];
+  const problems = [...flight.remarks, ...skipped.map((f) => `${f.name}: ${f.fault}`)];
   return [
-    ...flight.warnings.map((line) => element('p', { class: 'warn' }, line)),
+    ...flight.sentences.camera.map((line) => element('p', { class: 'warn' }, line)),
     element('p', { class: 'muted' }, 'Click the ground for a place, a camera for its keyframe; drag in the timeline for a span of time.'),
     ...flight.strips.flatMap(stripFacts),
     ...flight.strips.flatMap((strip) => landingFacts(strip, state)),
     element('h3', {}, 'Link'),
     facts([
-      ['Came down', `${bytesText(totals.received_bytes)} in ${totals.files} files`],
+      ['Came down', `${bytesText(totals.received_bytes)} in ${totals.files_used} files`],
       ['Products', bytesText(totals.product_bytes)],
       timeline.link.length > 0 && ['Files sent', `${timeline.link.length}, ${confirmed} confirmed`],
       ['Target overlap', percent(flight.target_overlap)],

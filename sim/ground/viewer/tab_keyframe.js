@@ -63,6 +63,6 @@ export function keyframeTab(state) {
     ...linkList(state, k),
     ...productFacts('Image', k.image, false),
     ...productFacts('Depth', k.depth, true),
-    element('p', { class: 'muted' }, `Full size beside this page: keyframes/${k.files}-image.png, -depth.pfm, -mask.png`),
+    element('p', { class: 'muted' }, `Full size beside this page: keyframes/${String(k.id).padStart(6, '0')}-image.png, -depth.pfm, -mask.png`),
   ];
 }

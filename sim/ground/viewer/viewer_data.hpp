@@ -1,4 +1,4 @@
-// The data of the viewer's page as JSON: sim/ground/viewer/data.js reads it.
+// What the viewer's page has beside report.json: sim/ground/viewer/data.js reads both.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -11,21 +11,15 @@ namespace ilp::viewer {
 struct ViewerBudget {
   std::size_t vertices = 300000;        ///< of the surfaces of all strips together
   std::int32_t texture_side_px = 2048;  ///< of an orthoimage
-  std::size_t frames = 20000;           ///< overlaps in the timeline
-  std::size_t events = 4000;
 };
 
-[[nodiscard]] nlohmann::json viewer_data(const report::Report& report, const ViewerBudget& budget = {});
-/// All of it but "keyframes", the list of viewer_keyframe().
-[[nodiscard]] nlohmann::json viewer_data_but_keyframes(const report::Report& report, const ViewerBudget& budget = {});
-
-/// The parts.
-[[nodiscard]] nlohmann::json viewer_strip(const report::Report& report, const report::StripResult& strip,
-                                          const ViewerBudget& budget);
-[[nodiscard]] nlohmann::json viewer_keyframe(const report::Report& report, const intake::Keyframe& keyframe);
-/// The flight's links with their verdicts. Those whose points the joined model holds have the number of points and
-/// their median reprojection error in it, px.
-[[nodiscard]] nlohmann::json viewer_links(const report::Report& report);
-[[nodiscard]] nlohmann::json viewer_timeline(const report::Report& report, const ViewerBudget& budget);
+/// What a strip and a keyframe have beside the elements of report.json.
+[[nodiscard]] nlohmann::ordered_json viewer_strip(const report::Report& report, const report::StripResult& strip,
+                                                  const ViewerBudget& budget = {});
+[[nodiscard]] nlohmann::ordered_json viewer_keyframe(const report::Report& report, const intake::Keyframe& keyframe);
+/// The flight's links with their verdicts.
+[[nodiscard]] nlohmann::ordered_json viewer_links(const intake::Flight& flight);
+/// Files handed to the link, by the newest record of each: [sent, bytes, confirmed or -1], s.
+[[nodiscard]] nlohmann::ordered_json viewer_downlink(const report::Report& report);
 
 }  // namespace ilp::viewer

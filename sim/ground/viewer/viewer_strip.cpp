@@ -2,19 +2,17 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <numbers>
 
 #include "sim/ground/intake/flight_model.hpp"
 #include "sim/ground/map/grid_surface.hpp"
 #include "sim/ground/report/plan_view.hpp"
 #include "sim/ground/viewer/viewer_data.hpp"
 #include "sim/host/picture.hpp"
-#include "sim/host/status_error.hpp"
 
 namespace ilp::viewer {
 namespace {
 
-using nlohmann::json;
+using json = nlohmann::ordered_json;
 
 struct CoveredCells {
   std::vector<std::uint8_t> cover;  ///< bit k of byte n: cell 8 n + k has a height
@@ -88,17 +86,8 @@ std::vector<std::uint8_t> safe_cells(const map::GroundGrid& grid, const landing:
 }
 
 json landing_of(const map::GroundGrid& grid, const landing::LandingMap& landing, std::int32_t stride) {
-  json sites = json::array();
-  for (const landing::LandingSite& site : landing.sites) {
-    sites.push_back({{"x", site.x},
-                     {"y", site.y},
-                     {"safe", site.safe},
-                     {"slope_deg", site.slope_rad * 180 / std::numbers::pi},
-                     {"step_m", site.step_m}});
-  }
   return {{"footprint", landing.limits.footprint_m / landing.metres_per_unit},
-          {"safe", host::base64(safe_cells(grid, landing, stride))},
-          {"sites", std::move(sites)}};
+          {"safe", host::base64(safe_cells(grid, landing, stride))}};
 }
 
 json surface(const map::GroundGrid& grid, const ViewerBudget& budget, std::size_t strips) {
@@ -136,18 +125,6 @@ std::string plan_picture(const report::Report& report, const report::StripResult
   for (const intake::TrackPoint& point : intake::track_of(report.flight, strip.strip)) centres.push_back(point.centre);
   const report::PlanView view = report::make_plan_view(&*strip.grid, centres, 1000, 600);
   return host::data_uri(host::png_bytes(report::ortho_picture(report::resample(*strip.grid, strip.plane, view))));
-}
-
-/// One sigma of what the vehicle's measurements say of the strip; null where they say nothing.
-json navigation_of(const std::optional<StripFrameRecord>& frame) {
-  if (!frame) return nullptr;
-  constexpr double degree = 180 / std::numbers::pi;
-  const auto known = [](double sigma) { return sigma > 0 ? json(sigma) : json(nullptr); };
-  return {{"verdict", words_of(frame->verdict)},
-          {"scale_percent", known(100 * frame->scale_sigma)},
-          {"tilt_deg", known(degree * frame->tilt_sigma_rad)},
-          {"heading_deg", known(degree * frame->heading_sigma_rad)},
-          {"place_m", known(frame->horizontal_sigma_m)}};
 }
 
 /// What the page makes the parts of a height's error of, beside that of matching (map/height_error.hpp).
@@ -189,23 +166,14 @@ json place_of(const report::StripResult& strip) {
 }  // namespace
 
 json viewer_strip(const report::Report& report, const report::StripResult& strip, const ViewerBudget& budget) {
-  const std::string end = report::strip_end(report, strip.strip);
-  json out = {{"id", strip.strip.id},
-              {"unit", intake::unit_of(report.flight, strip.strip)},
-              {"navigation", strip.strip.map ? json(nullptr) : navigation_of(strip.strip.frame)},
-              {"end", end.empty() ? "no record received" : end},
-              {"keyframes", strip.strip.keyframes},
-              {"flying_height", strip.flying_height},
-              {"track_length", strip.track_length},
-              {"suffix", strip.suffix},
+  json out = {{"keyframes", strip.strip.keyframes},
               {"errors", errors_of(strip.errors)},
               {"plane", {strip.plane.a, strip.plane.b, strip.plane.c}},
+              {"place", place_of(strip)},
               {"grid", nullptr}};
   if (!strip.grid) return out;
   const auto with_grid = static_cast<std::size_t>(std::count_if(
       report.strips.begin(), report.strips.end(), [](const report::StripResult& s) { return s.grid.has_value(); }));
-  out["place"] = place_of(strip);
-  out["covered_area"] = strip.map.covered_area;
   out["grid"] = surface(*strip.grid, budget, with_grid);
   out["plan"] = plan_picture(report, strip);
   if (strip.landing && strip.landing->map)

@@ -1,7 +1,8 @@
 // The flight against the truth, from a score.
 
-import { html, markup, table, paragraph, bulleted, fixed, brief, times, counted } from './text.js';
+import { html, table, paragraph, bulleted, fixed, brief, times, counted } from './text.js';
 import { plots, pathOf, lineAt, textAt, dotAt } from './plot.js';
+import { figureOf, legend, roundDown } from './figures.js';
 
 const styles = ['s1', 's2', 's3', 's4'];
 const pictureWidth = 1120;
@@ -21,12 +22,6 @@ function stopsOf({ up, forward, keyframes }) {
     const error = k.aligned_centre.map((v, i) => v - k.true_centre[i]);
     return { id: k.id, truth: [dot(forward, k.true_centre), dot(left, k.true_centre)], error: [dot(forward, error), dot(left, error)] };
   });
-}
-
-/// 1, 2 or 5 times a power of ten, at most `value`.
-function roundDown(value) {
-  const power = 10 ** Math.floor(Math.log10(value));
-  return [5, 2, 1].find((factor) => value >= factor * power || factor === 1) * power;
 }
 
 /// The largest error becomes about a twentieth of the track.
@@ -119,6 +114,11 @@ function scoreTables(scores) {
     scores.filter((s) => s.group === group).map((s) => [s.label, text(s.value), s.perfect])))}</div>\n`;
 }
 
+const heightErrors = (picture) => figureOf(picture, {
+  label: 'height errors', frame: legend(picture, "Error of the height, truth's unit"),
+  caption: "Errors of the merged heights on the truth's grid, strip laid onto the truth: blue too low, red too high. Blank: not mapped.",
+});
+
 /// Nothing without a score.
 export function score(report, pictures) {
   const s = report.score;
@@ -129,5 +129,5 @@ ${!s.complete && paragraph('The flight is not complete; it is scored as far as i
   drawn.length < s.strips.length && paragraph(`${counted(drawn.length, 'strip')} of ${s.strips.length} drawn: the longest with poses enough to be measured. The scores are of all.`, 'note')}
 <p class="note">Lengths are in the truth's unit: metres where it was simulated.</p>
 ${drawn.map(trackFigure)}${plots([...stripPlots(drawn), ...keyframePlots(report, s)])}${
-  (pictures.figures['height errors'] ?? []).map(markup)}${scoreTables(s.scores)}${s.remarks.length > 0 && bulleted(s.remarks, 'note')}`;
+  pictures.figures['height errors'] && heightErrors(pictures.figures['height errors'])}${scoreTables(s.scores)}${s.remarks.length > 0 && bulleted(s.remarks, 'note')}`;
 }

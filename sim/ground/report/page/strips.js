@@ -1,10 +1,10 @@
 // The strips: joined in one model, placed by control points or on a map, with their pictures, landing sites and errors.
 
-import { html, markup, table, styled, paragraph, fixed, brief, percent, times, degrees, counted } from './text.js';
+import { html, table, styled, paragraph, fixed, brief, percent, times, degrees, counted } from './text.js';
 import { lineAt, textAt, pathOf, dotAt } from './plot.js';
+import { figureOf, placeIn, trackOf, arrow, legend, cased, numberAbove } from './figures.js';
 
 const sentencesOf = (lines) => lines.map((line) => paragraph(`${line}.`));
-const figuresOf = (pictures, name) => (pictures.figures[name] ?? []).map(markup);
 const list = (ids) => ids.join(', ');
 
 /// Points in a part of a picture, to scale, with +y upwards.
@@ -85,19 +85,58 @@ function fixRow(f) {
 const fixColumns = ['keyframe', ['verdict', 't'], ['counts', 't'], ['compared', 't'], ['searched by', 't'], 'evidence\n(votes)', 'shift from\nthe prior, m',
   'the same,\nsigmas', 'ground point', 'error\nellipse, m', 'off by the\nvehicle, m', 'off by first\nfixes, m', 'off by all\nfixes, m'];
 
+/// Such that ellipses are seen: 1, 2, 5, 10, ...
+function magnification(fixed, unitPerPx) {
+  const sizes = fixed.map((f) => f.sigma_major_m).sort((a, b) => a - b);
+  const wanted = 14 * unitPerPx / Math.max(sizes[sizes.length >> 1] ?? 0, 1e-9 * unitPerPx);
+  let factor = 1;
+  for (let i = 0; i < 30 && factor < wanted; ++i) factor *= i % 3 === 1 ? 2.5 : 2;
+  return factor;
+}
+
+/// The ground point, with its error `factor` times larger.
+function fixCross(fix, contradicts, view, factor) {
+  const [x, y] = placeIn(view)(fix.ground_m).map((v) => fixed(v, 1));
+  const [xx, xy, yy] = fix.ground_covariance_m2;
+  const turn = -degrees(0.5 * Math.atan2(xy, 0.5 * (xx - yy)));
+  const colour = contradicts ? '#d33a2c' : fix.state === 'accepted' ? '#58b06a' : '#e08a3c';
+  const radius = (sigma) => fixed(factor * sigma / view.unit_per_px, 1);
+  return html`<g stroke="${colour}" stroke-width="1.6"><title>keyframe ${fix.keyframe}</title><ellipse cx="${x}" cy="${y}" rx="${radius(fix.sigma_major_m)}" ry="${radius(fix.sigma_minor_m)}" transform="rotate(${fixed(turn, 1)} ${x} ${y})" fill="${colour}" fill-opacity="0.2"/><path d="M${x} ${y}m-7 0h14m-7 -7v14"/></g>`;
+}
+
+/// Nothing where no fix places the strip.
+function fixFigure(report, strip, picture) {
+  if (!picture) return '';
+  const { view } = picture;
+  const { by_vehicle: byVehicle, by_first_fixes: byFirst, by_all_fixes: byAll } = strip.tracks_m;
+  const placed = strip.keyframes.filter((f) => f.ground_m);
+  const factor = magnification(placed, view.unit_per_px);
+  const wrong = new Set((report.joined?.models ?? []).flatMap((m) => m.on_map?.fixes ?? []).filter((f) => !f.used).map((f) => f.keyframe));
+  const line = (track, kind) => track.length > 0 && cased(track.map(placeIn(view)), kind);
+  return figureOf(picture, {
+    label: `track and fixes of strip ${strip.strip} on the map`, unit: 'm',
+    marks: [line(byVehicle, 'track dotted'), line(byFirst, 'track dashed'), line(byAll, 'track'), placed.map((f) => fixCross(f, wrong.has(f.keyframe), view, factor))],
+    caption: [`Strip ${strip.strip} on the map, north up. `,
+      picture.href && "Grey is the map's image, and what is dark lies beside it. ",
+      picture.other_map && `The map of --map is another one (${picture.other_map}), so its image is not shown. `,
+      'The line is the track where all fixes put it', byFirst.length > 0 && '; dashed is where the first of them and the images alone lead',
+      byVehicle.length > 0 && "; dotted is where the vehicle's measurements alone put it",
+      `. Crosses are the ground points of the fixes, each with the ellipse of its error, one sigma, ${brief(factor)} times larger than it is: green counts, orange was not confirmed in flight, red contradicts the others and counts as nothing.`],
+  });
+}
+
 /// Nothing where no fix record came down.
 export const fixes = (report, pictures) => report.fixes && html`<h2>Place on the map</h2>
 ${sentencesOf(report.sentences.fixes)}${report.fixes.strips.map((s) => html`${
   s.map_sigma_m > 0 && paragraph(`Map ${s.map ?? '–'} as a whole may be off by ${brief(s.map_sigma_m)} m on the body (one sigma to each side), which is common to all fixes and not in their errors.`, 'note')}${
-  figuresOf(pictures, `fixes ${s.strip}`)}<details><summary>Fixes of strip ${s.strip}</summary>${table(fixColumns, s.keyframes.map(fixRow))}</details>\n`)}${
+  fixFigure(report, s, pictures.figures[`fixes ${s.strip}`])}<details><summary>Fixes of strip ${s.strip}</summary>${table(fixColumns, s.keyframes.map(fixRow))}</details>\n`)}${
   sentencesOf(report.sentences.on_map)}`;
 
-/// How well the vehicle has measured where the strip is.
-function navigationFacts(n) {
+/// How well the vehicle has measured where the strip is, one sigma.
+export function navigationText(n) {
   const told = (name, value, unit) => (value > 0 ? `${name} ${brief(value)}${unit}` : `${name} not known`);
-  return `By the vehicle's navigation (${n.verdict}, one sigma): ${[
-    told('scale', times(100, n.scale_sigma), ' %'), told('tilt', degrees(n.tilt_sigma_rad), '°'), told('heading', degrees(n.heading_sigma_rad), '°'),
-    told('place', n.horizontal_sigma_m, ' m')].join(', ')}${n.refused > 0 ? `; ${counted(n.refused, 'measurement')} left out` : ''}. `;
+  return `${[told('scale', times(100, n.scale_sigma), ' %'), told('tilt', degrees(n.tilt_sigma_rad), '°'), told('heading', degrees(n.heading_sigma_rad), '°'),
+    told('place', n.horizontal_sigma_m, ' m')].join(', ')} (one sigma; ${n.verdict})${n.refused > 0 ? `; ${counted(n.refused, 'measurement')} left out` : ''}`;
 }
 
 function stripFacts(s) {
@@ -112,13 +151,30 @@ function stripFacts(s) {
 <p class="note">${model && html`Surface <code>${s.surface_file}</code>: ${model.vertices} vertices, ${model.faces} faces, ${model.cell_stride === 1 ? 'all cells' : `one cell in ${model.cell_stride} each way`}. `}${
   s.colmap && html`COLMAP model <code>${s.colmap.folder}</code>: ${s.colmap.images} images, ${s.colmap.points} points. `}${s.place_text && `Place: ${s.place_text}. `}${
   s.files.length > 0 && html`For other tools:${s.files.map((name) => html` <a href="${name}">${name}</a>`)}. `}${
-  unit === 'units' && "The scale is the strip's own: its first baseline is 1."}${s.navigation && navigationFacts(s.navigation)}</p>\n`;
+  unit === 'units' && "The scale is the strip's own: its first baseline is 1."}${s.navigation && `By the vehicle's navigation: ${navigationText(s.navigation)}. `}</p>\n`;
+}
+
+function stripFigures(report, strip, picture) {
+  if (!picture) return paragraph('No depth came down for this strip: there is no terrain to show.', 'note');
+  const { view, heights, north } = picture;
+  const track = report.keyframes.filter((k) => k.strip === strip.id && k.pose?.state === 'final').map((k) => [k.id, k.pose.centre]);
+  const direction = arrow(view, north ?? [0, 1], north ? 'N' : 'y');
+  return [
+    figureOf(picture, {
+      label: `orthoimage of strip ${strip.id} with the track`, unit: strip.unit, marks: trackOf(view, track), frame: direction,
+      caption: ['Orthoimage, turned so that the flight goes from left to right. The line is the track, the numbers are keyframes. Contrast stretched over the central 98 % of the grey values.',
+        picture.laid && ' Hatched: no height was measured; the image is laid on interpolated ground.', ' Blank: nothing was sent.'],
+    }),
+    figureOf(heights, {
+      label: `heights of strip ${strip.id}`, unit: strip.unit, frame: [legend(heights, `Height above the mean plane, ${strip.unit}`), direction],
+      caption: `Heights above the mean plane, shaded from the upper left (slopes ${brief(heights.exaggeration)} times steeper than they are).`,
+    })];
 }
 
 export function strips(report, pictures) {
   const posed = report.strips.filter((s) => s.final_poses > 0);
   const without = report.strips.filter((s) => s.final_poses === 0).map((s) => s.id);
-  const figures = (s) => (s.grid ? figuresOf(pictures, `strip ${s.id}`) : paragraph('No depth came down for this strip: there is no terrain to show.', 'note'));
+  const figures = (s) => stripFigures(report, s, pictures.figures[`strip ${s.id}`]);
   const reason = report.camera_frozen === false
     ? 'the camera was not found, so nothing is mapped.'
     : 'no two of their keyframes could be related, so nothing is mapped. See the keyframes for the reasons.';
@@ -126,12 +182,24 @@ export function strips(report, pictures) {
     without.length > 0 && html`<h2>Strips without a pose</h2>\n${paragraph(`${list(without)}: ${reason}`)}`}`;
 }
 
-function landingOf(site, pictures) {
+function landingFigure(site, unit, picture) {
+  const radius = Math.max(5, picture.footprint_px / 2);
+  return figureOf(picture, {
+    label: `probability of a safe landing on strip ${site.strip}`, unit, frame: legend(picture, 'Probability of a safe landing, 0 to 1'),
+    marks: site.sites.map((one, i) => {
+      const [x, y] = placeIn(picture.view)(one.place);
+      return [dotAt('track dark', x, y, radius), dotAt('track', x, y, radius, `rank ${i + 1}`), numberAbove([x, y - radius], i + 1)];
+    }),
+    caption: 'Probability that a lander is safe with its footprint there. Grey: the footprint is not covered by heights. Circles: the best sites, by rank.',
+  });
+}
+
+function landingOf(site, unit, picture) {
   const head = html`<h3>Landing sites of strip ${site.strip}</h3>\n`;
   if (site.fault) return [head, paragraph(`No sites can be found: ${site.fault}.`, 'warn')];
   return html`${head}<p>A footprint of ${brief(site.footprint_m)} m is safe where its plane is at most ${brief(site.slope_deg)}° steep and the ground within it rises and falls by at most ${brief(site.step_m)} m about that plane.${
     site.sites.length === 0 && ` No place is safe with a probability of ${percent(site.least_safe, 1)}.`}</p>
-${figuresOf(pictures, `landing ${site.strip}`)}${site.sites.length > 0 && html`${
+${picture && landingFigure(site, unit, picture)}${site.sites.length > 0 && html`${
   table(['Rank', 'safe, %', 'slope, °', 'roughness, m', 'step, m', 'x', 'y', 'z'], site.sites.map((one, i) =>
     [i + 1, fixed(times(100, one.safe), 2), fixed(one.slope_deg, 1), brief(one.roughness_m), brief(one.step_m), ...one.place.map((v) => fixed(v, 1))]))}
 <p class="note">Rank by the probability; x, y, z in the strip's own axes. Measured on the map: the true slope and step differ within their errors, which the probability has in it. <code>landing-sites.geojson</code> has the places for other tools.</p>\n`}`;
@@ -139,7 +207,7 @@ ${figuresOf(pictures, `landing ${site.strip}`)}${site.sites.length > 0 && html`$
 
 /// Nothing where no landing sites were asked for.
 export const landing = (report, pictures) =>
-  report.landing && html`<h2>Landing sites</h2>\n${report.landing.map((site) => landingOf(site, pictures))}`;
+  report.landing && html`<h2>Landing sites</h2>\n${report.landing.map((site) => landingOf(site, report.strips.find((s) => s.id === site.strip)?.unit, pictures.figures[`landing ${site.strip}`]))}`;
 
 const errorRow = (name, e) => [name, brief(e.mean), brief(e.rms), brief(e.max), ...['mean_percent_of_length', 'rms_percent_of_length', 'max_percent_of_length',
   'mean_percent_of_extent', 'max_percent_of_extent'].map((key) => `${brief(e[key])} %`)];

@@ -8,9 +8,6 @@ class Markup {
   constructor(text) { this.text = text; }
   toString() { return this.text; }
 }
-/// Of what is markup already, such as a picture of the program itself.
-export const markup = (text) => new Markup(text);
-
 function inserted(value) {
   if (value == null || value === false) return '';
   if (value instanceof Markup) return value.text;

@@ -1,8 +1,36 @@
-// The page of commands. The token stays in this module's memory: no cookie, no storage, no address has it.
+// The panel of commands, which the page loads where the server takes them. The token stays in this module's memory: no
+// cookie, no storage, no address has it.
 const part = (name) => document.getElementById(name);
 const most_reports = 500;
 let token = '';
 let place = '';
+
+const panel = document.createElement('section');
+panel.innerHTML = `<h2>Commands</h2>
+<form id="token-form" autocomplete="off">
+  <p>The panel asks for the token that the server was started with. It is kept until the page is closed or loaded again.</p>
+  <div class="bar">
+    <label>Token <input id="token" type="password" autocomplete="off" spellcheck="false" required></label>
+    <button>Begin</button>
+  </div>
+  <p id="token-problem" class="bad" role="alert"></p>
+</form>
+<div id="desk" hidden>
+  <ul id="panel" class="log"></ul>
+  <form id="line-form" class="bar" autocomplete="off">
+    <label class="wide">Command <input id="line" list="complete" autocomplete="off" spellcheck="false" maxlength="1000"
+      placeholder="capture +5"></label>
+    <datalist id="complete"></datalist>
+    <button>Send</button>
+  </form>
+  <p id="answer" role="status"></p>
+  <details><summary>All commands</summary><ul id="help" class="log"></ul></details>
+  <h3>Waiting for their last report</h3>
+  <ul id="open" class="log"></ul>
+  <h3>Reports</h3>
+  <ol id="reports" class="log"></ol>
+</div>`;
+part('overview').after(panel);
 
 // Text is only ever set as text, never as markup.
 function item(text, kind = '') {
@@ -23,9 +51,9 @@ async function ask(path, options = {}) {
   return answer.json();
 }
 
-function connected(text, kind) {
-  part('connection').textContent = text;
-  part('connection').className = kind;
+function tell(text, kind) {
+  part('answer').textContent = text;
+  part('answer').className = kind;
 }
 
 const kinds = [[/^(refused|failed|not sent|no answer yet|nothing has come|a wrong token)/, 'bad'], [/^done: /, 'good']];
@@ -43,7 +71,7 @@ function show(answer) {
   if (atEnd) list.scrollTop = list.scrollHeight;
   part('panel').replaceChildren(...answer.panel.map((text) => item(text)));
   const waiting = answer.waiting.length ? answer.waiting.map((text) => item(text)) : [item('none', 'note')];
-  part('waiting').replaceChildren(...waiting);
+  part('open').replaceChildren(...waiting);
   place = answer.place;
 }
 
@@ -53,17 +81,16 @@ async function follow() {
   for (;;) {
     try {
       show(await ask(`/reports?after=${encodeURIComponent(place)}`));
-      connected('connected', 'good');
     } catch (error) {
       if (error.status === 403 || error.status === 401) {
         token = '';
         part('desk').hidden = true;
         part('token-form').hidden = false;
         part('token-problem').textContent = error.message;
-        connected('no token', 'warn');
         return;
       }
-      connected(error.status ? error.message : 'not connected; trying again', 'bad');
+      // A lost connection is told on top of the page.
+      if (error.status) tell(error.message, 'bad');
       await pause(2000);
     }
   }
@@ -91,16 +118,13 @@ part('token-form').addEventListener('submit', async (event) => {
 part('line-form').addEventListener('submit', async (event) => {
   event.preventDefault();
   const line = part('line').value.trim();
-  const answer = part('answer');
   try {
     const body = JSON.stringify({ line });
     const sent = await ask('/commands', { method: 'POST', headers: { 'Content-Type': 'application/json' }, body });
-    answer.textContent = `taken: ${sent.line}`;
-    answer.className = '';
+    tell(`taken: ${sent.line}`, '');
     part('line').value = '';
   } catch (error) {
-    answer.textContent = error.status ? error.message : 'the server does not answer; nothing may have been sent';
-    answer.className = 'bad';
+    tell(error.status ? error.message : 'the server does not answer; nothing may have been sent', 'bad');
   }
 });
 

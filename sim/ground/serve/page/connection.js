@@ -62,11 +62,15 @@ export class Connection {
     if (names.size > 0) this.changed(names);
   }
 
+  // Of items figures/NAME, by name.
+  figures() { return Object.fromEntries([...this.items].filter(([name]) => name.startsWith('figures/')).map(([name, item]) => [name.slice(8), item])); }
+
   // report.json again, of items KEY, KEY/NUMBER and KEY/PART/NUMBER.
   report() {
     const report = {};
     const lists = new Set();
     for (const [name, item] of this.items) {
+      if (name.startsWith('figures/')) continue;
       if (name.includes('/')) lists.add(name.slice(0, name.lastIndexOf('/')));
       else report[name] = item;
     }

@@ -1,13 +1,12 @@
 // The page of the report, of what has come so far. It is drawn at most once per frame of the screen.
 import { Connection } from './connection.js';
-import { StripMap } from './map.js';
 import { sections } from './sections.js';
 import { html } from './text.js';
+import { showAgain, whatIsShown } from './zoom.js';
 
 const part = (name) => document.getElementById(name);
-const map = new StripMap(part('map'), part('map-note'), part('legend'));
 const shown = [];  // of each section: its element, and its text
-let [report, waiting, connection] = [{}, false, ''];
+let [waiting, connection] = [false, ''];
 
 const flight = new Connection(() => {
   if (!waiting) requestAnimationFrame(draw);
@@ -26,17 +25,18 @@ function tell() {
 
 function draw() {
   waiting = false;
-  report = flight.report();
+  const report = flight.report();
   const { run = {}, title, totals } = report;
   tell();
+  // What fails is tried again with the next update.
+  if (report.commands) import('./commands.js').catch(() => {});
   part('problem').hidden = !run.problem;
   part('problem').textContent = run.problem ? `The files that have come cannot be merged yet: ${run.problem}` : '';
   part('waiting').hidden = Boolean(totals || run.problem || run.state === 'merging');
   if (!totals) return;
   document.title = `${title} – live flight`;
   const keyframes = Object.fromEntries(report.keyframes.map((k) => [k.id, picturesOf(k)]));
-  [...sections(report, { figures: {}, keyframes }), results(report)].forEach(put);
-  drawMap();
+  [...sections(report, { figures: flight.figures(), keyframes }), results(report)].forEach(put);
 }
 
 const results = ({ results: names }) => html`<h2>Files</h2>
@@ -48,35 +48,21 @@ function picturesOf({ id, pictures, image_product: image, depth_product: depth }
   return Object.fromEntries(pictures.map((name) => [name, `keyframes/${String(id).padStart(6, '0')}-${name}.png?${bytes}`]));
 }
 
-// The reader's open and closed details stay so. Files lie elsewhere than beside the report.
+const mapsIn = (place) => [...place.querySelectorAll('svg.map')].map((map) => [map.getAttribute('aria-label'), map]);
+
+// What the reader has opened, closed or brought closer stays so. Files lie elsewhere than beside the report.
 function put(section, i) {
   const text = html`${section}`.toString().replace(/<a href="/g, '<a target="_blank" rel="noopener" href="/files/').replace(/ src="/g, ' src="/files/');
   shown[i] ??= { place: i === 0 ? part('overview') : part('sections').appendChild(document.createElement('div')) };
   if (shown[i].text === text) return;
   const { place } = shown[i];
   const open = [...place.querySelectorAll('details')].map((d) => d.open);
+  const seen = new Map(mapsIn(place).map(([label, map]) => [label, whatIsShown(map)]));
   place.innerHTML = text;
   place.querySelectorAll('details').forEach((d, j) => { d.open = open[j] ?? d.open; });
+  for (const [label, map] of mapsIn(place)) if (seen.has(label)) showAgain(map, seen.get(label));
   shown[i].text = text;
 }
 
-function drawMap() {
-  const select = part('strip');
-  const wanted = report.strips.map((s) => String(s.id));
-  if ([...select.options].map((o) => o.value).join() !== wanted.join()) {
-    // The newest strip is shown until the reader chooses another one.
-    const { chosen } = select.dataset;
-    select.replaceChildren(...wanted.map((id) => new Option(id, id)));
-    select.value = wanted.includes(chosen) ? chosen : wanted.at(-1) ?? '';
-  }
-  const id = Number(select.value);
-  map.show(report.strips.find((s) => s.id === id), report.map?.find((m) => m.strip === id), report.keyframes.filter((k) => k.strip === id), part('picture').value);
-}
-
-part('strip').addEventListener('change', () => { part('strip').dataset.chosen = part('strip').value; drawMap(); });
-part('picture').addEventListener('change', () => drawMap());
-part('closer').addEventListener('click', () => map.closer(1.5));
-part('farther').addEventListener('click', () => map.closer(1 / 1.5));
-part('whole').addEventListener('click', () => map.whole());
 // For tests and the curious: what has come, and how much.
 window.ilpLive = flight;

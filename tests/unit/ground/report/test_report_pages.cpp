@@ -8,7 +8,9 @@
 
 #include "sim/ground/ground_run.hpp"
 #include "sim/ground/intake/flight_model.hpp"
-#include "sim/ground/report/figures.hpp"
+#include "sim/ground/report/json_writer.hpp"
+#include "sim/ground/report/map_pictures.hpp"
+#include "sim/ground/report/page.hpp"
 #include "tests/support/page_text.hpp"
 #include "tests/unit/ground/synthetic_flight.hpp"
 
@@ -152,26 +154,118 @@ TEST(ReportPages, NamesFromOutsideNeverBecomeMarkup) {
   EXPECT_GE(shown, 22U) << "each of them is shown";
 }
 
-TEST(Figures, ALegendHasItsTitleItsUnitAndTheColoursOfThePicture) {
-  const std::string heights = colour_legend("Height above the mean plane", {-2, 4}, "m", 400);
-  EXPECT_NE(heights.find("Height above the mean plane, m<"), std::string::npos);
-  EXPECT_NE(heights.find("stop offset=\"0%\" stop-color=\"rgb(68,1,84)\""), std::string::npos);
-  for (const char* number : {">-2.00<", ">1.00<", ">4.00<"})
-    EXPECT_NE(heights.find(number), std::string::npos) << number;
-  const std::string differences = colour_legend("Map minus other model", {-3, 3}, "m", 400, host::diverging);
-  EXPECT_NE(differences.find("id=\"differences\""), std::string::npos) << "one page may have both";
-  EXPECT_NE(differences.find("stop offset=\"50%\" stop-color=\"rgb(247,247,247)\""), std::string::npos)
-      << "no difference is white";
+/// Of a page whose flight has one strip, flown to world +y, which lies to the right of the pictures: +x points
+/// downwards.
+std::string page_with_figures(const Json& north) {
+  Report report;
+  StripResult strip;
+  strip.strip.id = 1;
+  strip.posed = 2;
+  landing::LandingSite site;
+  site.x = 3;
+  site.y = 40;
+  strip.landing.emplace().map.emplace().sites = {site};
+  report.strips.push_back(strip);
+  for (const std::int64_t id : {1, 2}) {
+    intake::Keyframe& keyframe = report.flight.keyframes[id];
+    keyframe.id = id;
+    keyframe.strip_id = 1;
+    keyframe.pose.emplace();
+    keyframe.pose->state = PoseState::final;
+    keyframe.pose->centre[0] = 3;
+    keyframe.pose->centre[1] = 20 * static_cast<double>(id);
+  }
+  PlanView view{
+      .cosine = 0, .sine = 1, .along_low = 10, .across_high = 7, .unit_per_px = 0.5, .width = 300, .height = 200};
+  Json figure = picture_json(view, "data:,image");
+  figure["north"] = north;
+  figure["heights"] = coloured_picture_json(view, "data:,heights", {-2, 4}, host::viridis);
+  figure["heights"]["exaggeration"] = 1;
+  Json landing = figure["heights"];
+  landing["footprint_px"] = 24;
+  const test::TemporaryFolder folder;
+  std::ofstream file(folder / "page.html");
+  write_page("Figures", "",
+             {{"report", [&](std::ostream& out) { write_report_json(report, out, JsonStyle::compact); }},
+              {"pictures",
+               [&](std::ostream& out) {
+                 out << Json{{"figures", {{"strip 1", figure}, {"landing 1", landing}}},
+                             {"keyframes", {{"1", Json::object()}, {"2", Json::object()}}}};
+               }}},
+             file);
+  file.close();
+  return test::page_text(folder / "page.html");
+}
+
+TEST(Figures, TheTrackLiesOnThePictureWhereTheWorldDoes) {
+  ILP_NEED_TOOL("node");
+  const std::string page = page_with_figures(nullptr);
+  // Along: (20 - 10) / 0.5 and (40 - 10) / 0.5; across, to the left, is -x: (7 + 3) / 0.5.
+  EXPECT_NE(page.find("class=\"track\" points=\"20.0,20.0 60.0,20.0\""), std::string::npos);
+  EXPECT_NE(page.find("<image width=\"300\" height=\"200\" href=\"data:,image\"/>"), std::string::npos);
+  // 0.18 of 150 units is 27: the bar is 20 long, which are 40 px.
+  EXPECT_NE(page.find("points=\"16.0,184.0 56.0,184.0\""), std::string::npos);
+  EXPECT_NE(page.find(">20.0 units</text>"), std::string::npos);
 }
 
 TEST(Figures, TheArrowPointsWhereTheDirectionLiesInATurnedView) {
-  // The flight goes to world +y, which lies to the right of the picture: +x points downwards.
-  PlanView view{.cosine = 0, .sine = 1, .width = 300, .height = 200};
-  EXPECT_NE(direction_arrow(view, 0, 1, "N").find("x1=\"240.0\" y1=\"140.0\" x2=\"264.0\" y2=\"140.0\""),
+  ILP_NEED_TOOL("node");
+  const std::string along = page_with_figures({0, 1}), down = page_with_figures({1, 0}),
+                    none = page_with_figures(nullptr);
+  EXPECT_NE(along.find("points=\"240.0,140.0 264.0,140.0\""), std::string::npos);
+  EXPECT_NE(down.find("points=\"240.0,140.0 240.0,164.0\""), std::string::npos);
+  EXPECT_NE(down.find(">N</text>"), std::string::npos);
+  EXPECT_NE(none.find("points=\"240.0,140.0 264.0,140.0\""), std::string::npos) << "the y axis of the world";
+  EXPECT_EQ(none.find(">N</text>"), std::string::npos);
+}
+
+TEST(Figures, ALandingSiteIsACircleOfTheFootprintAroundItsPlaceWithItsRank) {
+  ILP_NEED_TOOL("node");
+  const std::string page = page_with_figures(nullptr);
+  EXPECT_NE(page.find("<circle class=\"track\" cx=\"60.0\" cy=\"20.0\" r=\"12\"><title>rank 1</title>"),
             std::string::npos);
-  const std::string right = direction_arrow(view, 1, 0, "x");
-  EXPECT_NE(right.find("x1=\"240.0\" y1=\"140.0\" x2=\"240.0\" y2=\"164.0\""), std::string::npos);
-  EXPECT_NE(right.find(">x<"), std::string::npos);
+  EXPECT_NE(page.find("x=\"60.0\" y=\"8.0\" text-anchor=\"middle\">1</text>"), std::string::npos);
+}
+
+TEST(Figures, HeightErrorsAreCutToWhatWasComparedAndZeroIsInTheMiddle) {
+  Report report;
+  host::Raster<float>& errors = report.score.emplace().height_error;
+  errors = host::Raster<float>(6, 5, std::nanf(""));
+  errors.at(2, 1) = -1;
+  errors.at(4, 2) = 3;
+  std::map<std::string, Json> figures;
+  std::vector<std::uint8_t> kept;
+  map_figures(
+      report,
+      [&](const std::string& name, const std::vector<std::uint8_t>& png) {
+        kept = png;
+        return name;
+      },
+      [&](const std::string& name, const Json& figure) { figures[name] = figure; });
+  ASSERT_EQ(figures.size(), 1U);
+  const Json& figure = figures.at("height errors");
+  EXPECT_EQ(figure["view"]["width"], 3);
+  EXPECT_EQ(figure["view"]["height"], 2);
+  ASSERT_GT(kept.size(), 24U);
+  EXPECT_EQ(kept[19], 3) << "the width of the PNG";
+  EXPECT_EQ(kept[23], 2);
+  EXPECT_EQ(figure["href"], "height-errors");
+  EXPECT_DOUBLE_EQ(figure["range"][0].get<double>(), -figure["range"][1].get<double>());
+  EXPECT_NEAR(figure["range"][1].get<double>(), 3, 0.2);
+  report.score->height_error = host::Raster<float>(6, 5, std::nanf(""));
+  map_figures(
+      report, [](const std::string& name, const auto&) { return name; },
+      [](const std::string& name, const Json&) { FAIL() << name << ", where nothing was compared"; });
+}
+
+TEST(Figures, ALegendHasItsTitleItsUnitAndTheColoursOfThePicture) {
+  ILP_NEED_TOOL("node");
+  const std::string page = page_with_figures(nullptr);
+  EXPECT_NE(page.find("Height above the mean plane, units<"), std::string::npos);
+  EXPECT_NE(page.find("stop offset=\"0%\" stop-color=\"rgb(68,1,84)\""), std::string::npos);
+  for (const char* number : {">-2.00<", ">1.00<", ">4.00<"}) EXPECT_NE(page.find(number), std::string::npos) << number;
+  const Json differences = coloured_picture_json({}, "", {-3, 3}, host::diverging);
+  EXPECT_EQ(differences["colours"][5], "rgb(247,247,247)") << "no difference is white";
 }
 
 }  // namespace

@@ -47,6 +47,16 @@ std::string text_of(const fs::path& path) {
   return {bytes.begin(), bytes.end()};
 }
 
+/// The flight as the page has it. Node runs its script.
+json flight_of(const report::Report& report) {
+  const test::TemporaryFolder folder;
+  host::update_file(folder / "viewer.html", [&](std::ostream& out) { write_viewer_html(report, out); });
+  const test::ToolResult run =
+      test::run_tool("node tests/support/viewer_flight.mjs " + test::quoted(folder / "viewer.html"));
+  EXPECT_EQ(run.status, 0) << run.output;
+  return json::parse(run.output, nullptr, false);
+}
+
 class ViewerTest : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -59,7 +69,6 @@ class ViewerTest : public ::testing::Test {
     options.title = "A </script> \xff title";
     std::ostringstream messages;
     report_ = std::make_unique<report::Report>(ground::run_ground(options, messages));
-    data_ = viewer_data(*report_);
   }
   static void TearDownTestSuite() {
     report_.reset();
@@ -68,23 +77,53 @@ class ViewerTest : public ::testing::Test {
 
   static inline std::unique_ptr<test::TemporaryFolder> folder_;
   static inline std::unique_ptr<report::Report> report_;
-  static inline json data_;
 };
 
+TEST_F(ViewerTest, TheFlightIsThatOfTheReportWithWhatOnlyTheViewerNeeds) {
+  ILP_NEED_TOOL("node");
+  report::Report reported = *report_;
+  for (int i = 0; i < 3; ++i)
+    reported.flight.overlaps[i] = {.keyframe_id = i, .verdict = OverlapVerdict::ok, .overlap = 0.9F};
+  reported.flight.frames[2] = {.time_ns = 7'500'000'000};
+  EventRecord event;
+  event.time_ns = 2'000'000'000;
+  event.severity = static_cast<std::uint8_t>(Severity::high);
+  reported.flight.events = {event};
+  const json flight = flight_of(reported);
+  EXPECT_EQ(flight["totals"]["final_poses"], 5);
+  ASSERT_EQ(flight["keyframes"].size(), 5U);
+  const intake::Keyframe& second = reported.flight.keyframes.at(2);
+  const json& shown = flight["keyframes"][1];
+  EXPECT_EQ(shown["image"]["bytes"], second.product(ProductKind::image)->bytes);
+  EXPECT_NEAR(shown["time_s"].get<double>(), static_cast<double>(second.record->time_ns) / 1e9, 1e-9);
+  EXPECT_NEAR(shown["overlap"].get<double>(), second.record->overlap, 1e-6);
+  EXPECT_FALSE(flight["keyframes"][0].contains("overlap")) << "the first has nothing before it";
+  EXPECT_NEAR(shown["pose"]["centre"][0].get<double>(), second.pose->centre[0], 1e-9);
+  EXPECT_EQ(shown["pose"]["covariance"].size(), 6U);
+  EXPECT_EQ(flight["strips"][0]["members"], 5);
+  EXPECT_GT(flight["strips"][0]["grid"]["covered"].get<int>(), 1000);
+  EXPECT_EQ(flight["timeline"]["overlaps"], (json{{7.5, 0.9F}})) << "of frames with a time, after the first keyframe";
+  EXPECT_EQ(flight["timeline"]["events"]["list"][0]["severity"], 3);
+  EXPECT_EQ(flight["timeline"]["events"]["list"][0]["time_s"], 2);
+}
+
 TEST_F(ViewerTest, AStripSaysHowWellTheVehicleKnowsWhereItIs) {
-  EXPECT_TRUE(data_["strips"][0]["navigation"].is_null()) << "no measurements came";
+  ILP_NEED_TOOL("node");
   report::Report measured = *report_;
+  EXPECT_TRUE(flight_of(measured)["strips"][0]["navigation"].is_null()) << "no measurements came";
   StripFrameRecord frame{.verdict = StripFrameVerdict::ok, .scale_sigma = 0.002, .tilt_sigma_rad = 0.01};
   measured.strips[0].strip.frame = frame;
-  const json navigation = viewer_data(measured)["strips"][0]["navigation"];
-  EXPECT_NEAR(navigation["scale_percent"].get<double>(), 0.2, 1e-9);
-  EXPECT_NEAR(navigation["tilt_deg"].get<double>(), 0.573, 1e-3);
-  EXPECT_TRUE(navigation["place_m"].is_null());
+  const test::TemporaryFolder folder;
+  host::update_file(folder / "report.html", [&](std::ostream& out) { write_report_html(measured, out); });
+  const std::string page = test::page_text(folder / "report.html");
+  const std::string wanted =
+      "navigation: scale 0.200 %, tilt 0.573°, heading not known, place not known (one sigma; the measurements agree)";
+  EXPECT_NE(page.find(wanted), std::string::npos) << page.substr(page.find("navigation: scale"), 200);
 }
 
 TEST_F(ViewerTest, HeightsAreTheCellsOfTheGrid) {
   const map::GroundGrid& grid = *report_->strips[0].grid;
-  const json& reported = data_["strips"][0]["grid"];
+  const json reported = viewer_strip(*report_, report_->strips[0])["grid"];
   const auto cover = array_of<std::uint8_t>(reported["cover"]);
   const auto heights = array_of<float>(reported["heights"]);
   const auto source = array_of<std::uint16_t>(reported["source"]);
@@ -115,11 +154,10 @@ TEST_F(ViewerTest, TheSurfaceKeepsToItsBudget) {
 }
 
 TEST_F(ViewerTest, FootprintsLieOnTheGroundWhereTheImageEnds) {
-  ASSERT_EQ(data_["keyframes"].size(), 5U);
-  for (const json& keyframe : data_["keyframes"]) {
+  for (const auto& [id, k] : report_->flight.keyframes) {
+    const json keyframe = viewer_keyframe(*report_, k);
     const auto outline = keyframe["footprint"].get<std::vector<double>>();
     ASSERT_EQ(outline.size(), 72U);
-    const intake::Keyframe& k = report_->flight.keyframes.at(keyframe["id"]);
     const Pose pose = pose_of(*k.pose);
     for (std::size_t i = 0; i < outline.size(); i += 3) {
       EXPECT_NEAR(outline[i + 2], test::plane_height(outline[i], outline[i + 1]), 0.05);
@@ -136,11 +174,7 @@ TEST_F(ViewerTest, AFootprintThatMissesTheGroundIsNone) {
   EXPECT_TRUE(exports::footprint_of(k, report_->strips[0]).empty());
 }
 
-TEST_F(ViewerTest, KeyframesCarryTheirProductsAndPictures) {
-  const json& first = data_["keyframes"][0];
-  EXPECT_TRUE(first["posed"].get<bool>());
-  EXPECT_GT(first["image"]["bytes"].get<int>(), 0);
-  EXPECT_EQ(data_["totals"]["posed"], 5);
+TEST_F(ViewerTest, KeyframesCarryTheirPictures) {
   // Pictures are in the page only, because a run does not hold those of all keyframes.
   std::ifstream in(folder_->path() / "result" / "viewer.html");
   const std::string page((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
@@ -151,7 +185,8 @@ TEST_F(ViewerTest, KeyframesCarryTheirProductsAndPictures) {
 }
 
 TEST_F(ViewerTest, LinksCarryTheirVerdictAndWhatTheModelMakesOfThem) {
-  EXPECT_TRUE(data_["links"].empty()) << "the flight has none";
+  ILP_NEED_TOOL("node");
+  EXPECT_TRUE(flight_of(*report_)["links"].empty()) << "the flight has none";
   report::Report linked = *report_;
   LinkRecord closed, images;
   closed.keyframe_id = 5;
@@ -165,7 +200,7 @@ TEST_F(ViewerTest, LinksCarryTheirVerdictAndWhatTheModelMakesOfThem) {
   model::ClosedLink in_model{.place_id = 1, .keyframe_id = 5, .points = 40, .after_px = 0.25};
   joined.links = {in_model};
   linked.joined.models = {joined};
-  const json links = viewer_data(linked)["links"];
+  const json links = flight_of(linked)["links"];
   ASSERT_EQ(links.size(), 2U);
   EXPECT_EQ(
       links[0],
@@ -178,10 +213,9 @@ TEST_F(ViewerTest, WhatCameDownNeverEndsItsElement) {
   const std::string page = text_of(folder_->path() / "result" / "viewer.html");
   const std::string open = "<script type=\"application/json\" id=\"flight\">";
   const std::size_t begin = page.find(open) + open.size();
-  const json embedded = json::parse(page.substr(begin, page.find("</script>", begin) - begin));
-  EXPECT_EQ(embedded["title"], "A </script> \xEF\xBF\xBD title");
-  EXPECT_EQ(embedded["keyframes"].size(), 5U);
+  EXPECT_EQ(json::parse(page.substr(begin, page.find("</script>", begin) - begin))["keyframes"].size(), 5U);
   ILP_NEED_TOOL("node");
+  EXPECT_EQ(flight_of(*report_)["title"], "A </script> \xEF\xBF\xBD title");
   EXPECT_NE(test::page_text(folder_->path() / "result" / "report.html").find("href=\"viewer.html\""),
             std::string::npos);
 }
