@@ -24,7 +24,7 @@ Status SequenceAdjustment::adjust(std::uint32_t max_iterations, SequencePhase er
     s_.phase = next;
     return begun.is(StatusCode::no_model) ? Status{} : begun;
   }
-  if (!s_.adjusting || !s_.bundle.done) {
+  if (!s_.adjusting || !s_.bundle.descent.done) {
     ILP_TRY(w_.adjuster.step());
     s_.bundle = w_.adjuster.progress();
     s_.adjusting = true;

@@ -132,7 +132,7 @@ CeresResult adjust_with_ceres(const BundleProblem& problem, const BundleParams& 
   // The change of the cost alone decides, as here.
   options.gradient_tolerance = 1e-30;
   options.parameter_tolerance = 1e-30;
-  options.initial_trust_region_radius = 1 / params.initial_damping;
+  options.initial_trust_region_radius = 1 / LevenbergMarquardt{}.damping;
   options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
   const std::clock_t begun = std::clock();
