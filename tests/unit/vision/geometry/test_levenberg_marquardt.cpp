@@ -79,37 +79,53 @@ TEST(LevenbergMarquardt, StepsThatLeadNowhereAreShortened) {
   EXPECT_LT((valley.at - Point(1, 1)).norm(), 1e-9);
 }
 
-/// No step has a solution, or every one leads up although it promises as much as is given.
-struct Wall {
+/// Every step leads to the same.
+struct Same {
   bool solvable = true;
-  double expected_gain = 0;
+  TrialStep step = {};
   double largest_damping = 0;
+  int accepted = 0;
 
   bool try_step(double damping, TrialStep& trial) {
     largest_damping = damping;
-    trial = {2, expected_gain};
+    trial = step;
     return solvable;
   }
-  static void accept() { ADD_FAILURE() << "the cost did not fall"; }
+  void accept() { ++accepted; }
 };
 
 TEST(LevenbergMarquardt, GivesUpWithoutASolution) {
-  Wall wall{.solvable = false};
+  Same without{.solvable = false};
   LevenbergMarquardt state{.cost = 1};
-  while (!state.done) levenberg_marquardt_step(wall, 1000, 1e-6, state);
+  while (!state.done) levenberg_marquardt_step(without, 1000, 1e-6, state);
   EXPECT_FALSE(state.converged);
+  EXPECT_EQ(without.accepted, 0);
   EXPECT_LT(state.iterations, 20U);
-  EXPECT_GT(wall.largest_damping, 1e9);
+  EXPECT_GT(without.largest_damping, 1e9);
 }
 
-TEST(LevenbergMarquardt, RoundingAtTheMinimumIsTheEnd) {
-  for (const auto& [expected_gain, converged] : {std::pair{1e-9, true}, std::pair{1e-3, false}}) {
-    Wall wall{.expected_gain = expected_gain};
+TEST(LevenbergMarquardt, TheGainDecidesAndWithoutOneWhatWasExpected) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const struct {
+    TrialStep step;
+    bool accepted, converged;
+  } cases[] = {
+      {{2, 1e-9}, false, true},        // rounding at the minimum
+      {{2, 1e-3}, false, false},       // too long a step
+      {{1, 1e-3}, false, true},        //
+      {{nan, 1e-9}, false, false},     // no step to judge by
+      {{1 - 1e-9, 1e-3}, true, true},  //
+      {{1 - 1e-3, 1e-9}, true, false},
+  };
+  for (const auto& given : cases) {
+    Same problem{.step = given.step};
     LevenbergMarquardt state{.cost = 1};
-    levenberg_marquardt_step(wall, 1000, 1e-6, state);
-    EXPECT_EQ(state.converged, converged) << expected_gain;
-    EXPECT_EQ(state.done, converged) << expected_gain;
-    EXPECT_EQ(state.cost, 1);
+    levenberg_marquardt_step(problem, 1000, 1e-6, state);
+    const auto text = testing::Message() << "to " << given.step.cost << ", expected " << given.step.expected_gain;
+    EXPECT_EQ(problem.accepted, given.accepted ? 1 : 0) << text;
+    EXPECT_EQ(state.converged, given.converged) << text;
+    EXPECT_EQ(state.done, given.converged) << text;
+    EXPECT_EQ(state.cost, given.accepted ? given.step.cost : 1) << text;
   }
 }
 
