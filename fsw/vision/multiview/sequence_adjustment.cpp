@@ -9,7 +9,6 @@ BundleParams SequenceAdjustment::bundle_params(std::uint32_t max_iterations) con
   params.max_iterations = max_iterations;
   params.relative_tolerance = s_.params.bundle_tolerance;
   params.robust_px = s_.params.robust_px;
-  params.loss = s_.params.loss;
   return params;
 }
 

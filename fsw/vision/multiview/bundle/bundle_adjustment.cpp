@@ -100,8 +100,7 @@ void choose_active(Equations& eq) {
 Status load(Equations& eq, BundleProblem& problem, const BundleParams& params) {
   eq.problem = nullptr;
   eq.params = params;
-  if (!(params.relative_tolerance >= 0) || !(params.robust_px >= 0) || !std::isfinite(params.robust_px) ||
-      params.loss > BundleLoss::cauchy) {
+  if (!(params.relative_tolerance >= 0) || !(params.robust_px >= 0) || !std::isfinite(params.robust_px)) {
     return out_of_range(Argument::adjustment_parameters);
   }
   eq.free_count = 0;

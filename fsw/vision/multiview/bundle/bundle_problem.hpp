@@ -52,13 +52,10 @@ struct BundleProblem {
   FixedVector<BundleAttitudePrior, limits::max_bundle_cameras> attitudes;  ///< for the calibration; not adjusted to
 };
 
-enum class BundleLoss : std::uint8_t { huber, cauchy };
-
 struct BundleParams {
   std::uint32_t max_iterations = 20;
   double relative_tolerance = 1e-6;  ///< of the cost: the adjustment ends when one step gains less
-  double robust_px = 0;              ///< bound of the loss; 0 = plain least squares
-  BundleLoss loss = BundleLoss::huber;
+  double robust_px = 0;              ///< scale of Cauchy's loss; 0 = plain least squares
 };
 
 /// The state of an adjustment between iterations, in addition to the problem itself. With it the adjustment can be
