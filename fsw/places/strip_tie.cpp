@@ -20,20 +20,6 @@ Similarity similarity_of(const LinkedWorld& link) {
   return similarity_of(link.q_to_from_this, link.translation, link.scale);
 }
 
-SimilarityStep weighed(const SimilarityCovariance& covariance, const SimilarityStep& step) {
-  return solve_symmetric<7>(covariance, step);
-}
-
-SimilarityCovariance inverse_of(const SimilarityCovariance& covariance) {
-  SimilarityCovariance inverted;
-  for (int column = 0; column < 7; ++column) {
-    SimilarityStep unit = SimilarityStep::Zero();
-    unit(column) = 1;
-    inverted.col(column) = weighed(covariance, unit);
-  }
-  return inverted;
-}
-
 /// From the estimate of `a` to that of `b`, as a step of the newer strip's world.
 SimilarityStep difference(const LinkedWorld& a, const LinkedWorld& b) {
   return step_between(Similarity{}, compose(inverse(similarity_of(a)), similarity_of(b)));
@@ -42,7 +28,7 @@ SimilarityStep difference(const LinkedWorld& a, const LinkedWorld& b) {
 bool agree(const LinkedWorld& a, const LinkedWorld& b) {
   const SimilarityStep step = difference(a, b);
   const SimilarityCovariance covariance = unpack_covariance(a.covariance) + unpack_covariance(b.covariance);
-  return step.dot(weighed(covariance, step)) < largest_disagreement;
+  return step.dot(solve_symmetric<7>(covariance, step)) < largest_disagreement;
 }
 
 /// Of rotation vector and centre.
@@ -160,7 +146,7 @@ bool tie_strip(const StripLinks& links, TieRecord& tie) {
     }
     const SimilarityCovariance covariance = unpack_covariance(link.covariance);
     const SimilarityCovariance units = unpack_covariance(link.unit_covariance);
-    const SimilarityCovariance weight = inverse_of(covariance);
+    const SimilarityCovariance weight = inverse_of_symmetric<7>(covariance);
     information += weight;
     of_links += weight * (covariance - units) * weight;
     of_units += units;
@@ -176,7 +162,7 @@ bool tie_strip(const StripLinks& links, TieRecord& tie) {
   quaternion_from_rotation(to_from_this.rotation, tie.q_to_from_this);
   for (int i = 0; i < 3; ++i) tie.translation[i] = to_from_this.translation(i);
   tie.scale = to_from_this.scale;
-  const SimilarityCovariance of_mean = inverse_of(information);
+  const SimilarityCovariance of_mean = inverse_of_symmetric<7>(information);
   pack_covariance(of_mean * of_links * of_mean + of_units / static_cast<double>(tie.links), tie.covariance);
   return true;
 }

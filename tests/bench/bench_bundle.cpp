@@ -21,7 +21,7 @@ BundleAdjuster adjuster;
 BundleProblem start;
 BundleProblem problem;
 /// As in a strip.
-constexpr BundleParams params{.robust_px = 1};
+constexpr BundleParams params{.robust_px = 0.5};
 
 /// 5 cameras, 2000 points, about 8000 observations.
 void make_start(int cameras, int fixed, int points) {

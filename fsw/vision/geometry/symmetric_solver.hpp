@@ -12,5 +12,8 @@ namespace ilp {
 template <int N>
 [[nodiscard]] Eigen::Matrix<double, N, 1> solve_symmetric(const Eigen::Matrix<double, N, N>& a,
                                                           const Eigen::Matrix<double, N, 1>& b);
+/// Likewise for the columns of the unit matrix.
+template <int N>
+[[nodiscard]] Eigen::Matrix<double, N, N> inverse_of_symmetric(const Eigen::Matrix<double, N, N>& a);
 
 }  // namespace ilp

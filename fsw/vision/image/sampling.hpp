@@ -15,10 +15,8 @@ using FixedCoordinate = std::int32_t;
   return static_cast<FixedCoordinate>(std::floor(x * 65536.0 + 0.5));
 }
 
-/// Grey value with `FractionBits` (at most 16) fractional bits at (x, y). The caller keeps 0 <= x < width - 1 and
-/// 0 <= y < height - 1.
-template <int FractionBits>
-[[nodiscard]] inline std::int32_t sample_bilinear(GrayView image, FixedCoordinate x, FixedCoordinate y) {
+/// Grey value at (x, y), rounded. The caller keeps 0 <= x < width - 1 and 0 <= y < height - 1.
+[[nodiscard]] inline std::uint8_t sample_bilinear(GrayView image, FixedCoordinate x, FixedCoordinate y) {
   const std::uint8_t* const upper = image.row(y >> 16) + (x >> 16);
   const std::uint8_t* const lower = upper + image.stride;
   const std::int32_t fx = (x >> 8) & 255;
@@ -26,11 +24,7 @@ template <int FractionBits>
   const std::int32_t top = (upper[0] << 8) + fx * (upper[1] - upper[0]);
   const std::int32_t bottom = (lower[0] << 8) + fx * (lower[1] - lower[0]);
   const std::int32_t value = (top << 8) + fy * (bottom - top);
-  if constexpr (FractionBits == 16) {
-    return value;
-  } else {
-    return (value + (1 << (15 - FractionBits))) >> (16 - FractionBits);
-  }
+  return static_cast<std::uint8_t>((value + (1 << 15)) >> 16);
 }
 
 }  // namespace ilp

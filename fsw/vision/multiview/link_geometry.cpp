@@ -204,11 +204,7 @@ Status estimate_link(const LinkMatches& matches, const CameraModel& camera, cons
   if (geometry.inliers < params.min_inliers || !finite) return {StatusCode::no_model, geometry.inliers};
   geometry.keyframe_from_place = b_from_a;
   const double excess = std::max(1.0, sums.squares / std::max(1, sums.residuals - 7));
-  for (int column = 0; column < 7; ++column) {
-    SimilarityStep unit = SimilarityStep::Zero();
-    unit(column) = 1;
-    geometry.covariance.col(column) = excess * solve_symmetric<7>(sums.normal, unit);
-  }
+  geometry.covariance = excess * inverse_of_symmetric<7>(sums.normal);
   if (!geometry.covariance.allFinite()) return {StatusCode::no_model, geometry.inliers};
   double squares = 0;
   for (std::size_t i = 0; i < matches.size(); ++i) {

@@ -4,56 +4,18 @@
 #include <Eigen/LU>
 #include <cmath>
 
+#include "fsw/vision/twoview/solvers/cubic_roots.hpp"
+
 namespace ilp {
 namespace {
 
-/// Real roots of x^2 + b x + c, the larger in magnitude computed without cancellation; false if complex.
-bool quadratic_roots(double b, double c, double& first, double& second) {
-  const double discriminant = b * b - 4 * c;
-  if (!(discriminant >= 0)) return false;
-  const double root = std::sqrt(discriminant);
-  const double q = b < 0 ? 0.5 * (-b + root) : 0.5 * (-b - root);
-  first = q;
-  second = q != 0 ? c / q : 0;
-  return true;
-}
-
-/// One real root of x^3 + b x^2 + c x + d: Newton from outside the stationary points on the side where a root must lie,
-/// where the cubic is monotonous and the iteration cannot leave.
-double cubic_root(double b, double c, double d) {
-  constexpr int max_steps = 60;
-  double x = -b / 3;  // the inflection
-  const double discriminant = b * b - 3 * c;
-  if (discriminant > 0) {
-    const double offset = std::sqrt(discriminant) / 3;
-    const double left = x - offset;  // local maximum
-    const double value_left = ((left + b) * left + c) * left + d;
-    // Twice the distance of the stationary point from the inflection is where the cubic regains the extreme value.
-    x = value_left >= 0 ? x - 2 * offset : x + 2 * offset;
-  } else {
-    // Monotonous: a step of Cauchy's bound to the side of the root, so that Newton starts where curvature helps.
-    const double value = ((x + b) * x + c) * x + d;
-    const double reach = 1 + std::fabs(b) + std::fabs(c) + std::fabs(d);
-    x = value > 0 ? -reach : reach;
-  }
-  for (int step = 0; step < max_steps; ++step) {
-    const double value = ((x + b) * x + c) * x + d;
-    const double slope = (3 * x + 2 * b) * x + c;
-    if (slope == 0) break;
-    const double change = value / slope;
-    x -= change;
-    if (std::fabs(change) <= 1e-15 * std::fabs(x)) break;
-  }
-  return x;
-}
-
 /// Symmetric 3x3 matrix with one zero eigenvalue: the unit eigenvectors of the other two, the larger in magnitude
 /// first. (Lambda Twist, algorithm 2.)
-bool eigen_with_known_zero(const Mat3& m, Vec3 vectors[2], double values[2]) {
+bool eigen_with_known_zero(const Mat3& m, Vec3 vectors[2], double (&values)[3]) {
   const double b = -m.trace();
   const double c =
       m(0, 0) * (m(1, 1) + m(2, 2)) + m(1, 1) * m(2, 2) - m(0, 1) * m(0, 1) - m(0, 2) * m(0, 2) - m(1, 2) * m(1, 2);
-  if (!quadratic_roots(b, c, values[0], values[1])) return false;
+  if (append_quadratic_roots(1, b, c, values, 0) < 2) return false;
   const double mixed_0 = m(0, 1) * m(1, 2) - m(0, 2) * m(1, 1);
   const double mixed_1 = m(0, 1) * m(0, 2) - m(0, 0) * m(1, 2);
   for (int i = 0; i < 2; ++i) {
@@ -123,7 +85,7 @@ int solve_p3p(const Vec3 bearing[3], const Vec3 point[3], RigidTransform cam_fro
   const double p1 = t.a23 * (t.a13 - t.a23) * s12 - t.a12 * t.a12 * s23 - 2 * t.a12 * (blob * t.a23 + t.a13 * s23);
   const double p0 = t.a12 * (t.a12 * s23 - t.a23 * s12);
   if (p3 == 0) return 0;
-  const double g = cubic_root(p2 / p3, p1 / p3, p0 / p3);
+  const double g = real_root_of_cubic(p2 / p3, p1 / p3, p0 / p3);
   if (!std::isfinite(g)) return 0;
 
   Mat3 quadric;
@@ -134,7 +96,7 @@ int solve_p3p(const Vec3 bearing[3], const Vec3 point[3], RigidTransform cam_fro
   quadric(1, 2) = quadric(2, 1) = 0.5 * t.b23 * (t.a13 * g - t.a12);
   quadric(2, 2) = g * (t.a13 - t.a23) - t.a12;
   Vec3 v[2];
-  double eigenvalue[2];
+  double eigenvalue[3];
   if (!eigen_with_known_zero(quadric, v, eigenvalue)) return 0;
   const double ratio = -eigenvalue[1] / eigenvalue[0];
   const double s_abs = ratio > 0 ? std::sqrt(ratio) : 0;
@@ -154,9 +116,10 @@ int solve_p3p(const Vec3 bearing[3], const Vec3 point[3], RigidTransform cam_fro
     const double a = 1 / ((t.a13 - t.a12) * w1 * w1 - t.a12 * t.b13 * w1 - t.a12);
     const double b = (t.a13 * t.b12 * w1 - t.a12 * t.b13 * w0 - 2 * w0 * w1 * (t.a12 - t.a13)) * a;
     const double c = ((t.a13 - t.a12) * w0 * w0 + t.a13 * t.b12 * w0 + t.a13) * a;
-    double tau[2];
-    if (!quadratic_roots(b, c, tau[0], tau[1])) continue;
-    for (const double ratio32 : tau) {
+    double tau[3];
+    const int roots = append_quadratic_roots(1, b, c, tau, 0);
+    for (int i = 0; i < roots; ++i) {
+      const double ratio32 = tau[i];
       const double d = t.a23 / (ratio32 * (t.b23 + ratio32) + 1);
       if (!(ratio32 > 0) || !(d > 0) || count == max_p3p_solutions) continue;
       const double l2 = std::sqrt(d);

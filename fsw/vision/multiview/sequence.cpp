@@ -19,9 +19,9 @@ Status check(const SequenceParams& p) {
   const bool good = p.window_keyframes >= 2 && p.window_keyframes <= limits::max_window_keyframes &&
                     p.resection_threshold_px > 0 && p.resection_max_trials > 0 && p.min_resection_inliers >= 4 &&
                     p.max_reprojection_px > 0 && p.min_triangulation_angle_rad > 0 && p.robust_px >= 0 &&
-                    p.loss <= BundleLoss::cauchy && p.bundle_tolerance >= 0 && p.first_height >= 0 &&
-                    p.max_first_depth_error > 0 && p.min_first_parallax_rad >= 0 && p.max_scale_step > 1 &&
-                    p.max_tilt_step_rad > 0 && p.max_step_footprints > 0;
+                    p.bundle_tolerance >= 0 && p.first_height >= 0 && p.max_first_depth_error > 0 &&
+                    p.min_first_parallax_rad >= 0 && p.max_scale_step > 1 && p.max_tilt_step_rad > 0 &&
+                    p.max_step_footprints > 0;
   return good ? Status{} : out_of_range(Argument::sequence_parameters);
 }
 

@@ -45,8 +45,7 @@ struct SequenceParams {
   double bundle_tolerance = 1e-6;             ///< relative change of the cost that ends an adjustment
   /// The errors of matches have heavy tails, in real images and in rendered ones: no bound separates errors of several
   /// sigmas from good matches. Cauchy's function gives them little weight, Huber's does not.
-  BundleLoss loss = BundleLoss::cauchy;
-  double robust_px = 0.5;  ///< bound of the loss, and of Huber's in the resection
+  double robust_px = 0.5;  ///< scale of the loss, and bound of Huber's in the resection
   /// Stated position errors are those of the matches' scatter times this factor. Registration errors that all matches
   /// of an image share leave no residual: on rendered relief under a low sun they are 0.02 to 0.04 px and smooth over
   /// the image, on a rendered plane they are zero. One factor for all axes and lengths is a bound, not a model: over 60

@@ -9,7 +9,6 @@ BundleParams SequenceAdjustment::bundle_params(std::uint32_t max_iterations) con
   params.max_iterations = max_iterations;
   params.relative_tolerance = s_.params.bundle_tolerance;
   params.robust_px = s_.params.robust_px;
-  params.loss = s_.params.loss;
   return params;
 }
 
@@ -24,7 +23,7 @@ Status SequenceAdjustment::adjust(std::uint32_t max_iterations, SequencePhase er
     s_.phase = next;
     return begun.is(StatusCode::no_model) ? Status{} : begun;
   }
-  if (!s_.adjusting || !s_.bundle.done) {
+  if (!s_.adjusting || !s_.bundle.descent.done) {
     ILP_TRY(w_.adjuster.step());
     s_.bundle = w_.adjuster.progress();
     s_.adjusting = true;

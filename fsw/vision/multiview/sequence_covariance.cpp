@@ -96,9 +96,9 @@ double scatter_of_tracks(const BundleProblem& problem, const bundle::Loss& loss,
     const bundle::Camera& camera = cameras[o.camera];
     const double* point = problem.points[o.point].position;
     if (in_front(camera, point)) {
-      const bundle::Linearised at = bundle::linearise(camera, {o.x, o.y, o.camera}, point, 0);
+      const bundle::Linearised at = bundle::linearise(camera, {o.x, o.y, o.camera}, point, {});
       const double weight = loss.weight(at.eu * at.eu + at.ev * at.ev);
-      overrated.add(weight, loss.slope(weight));
+      overrated.add(weight, bundle::Loss::slope(weight));
       if (camera.free) gradient.add(camera_size * camera.block, weight, at);
     }
     if (i + 1 < problem.observations.size() && problem.observations[i + 1].point == o.point) continue;
@@ -393,7 +393,7 @@ void derive_by_intrinsics(const BundleProblem& problem, const BundleParams& para
   if (!window.valid || !(window.variance > 0)) return;
   std::array<bundle::Camera, limits::max_bundle_cameras> cameras;
   free_cameras(problem, window, cameras);
-  const bundle::Loss loss{params.robust_px, params.loss == BundleLoss::cauchy};
+  const bundle::Loss loss{params.robust_px};
   double* sums = workspace.product.data();
   const std::size_t n = camera_size * window.free_count;
   std::fill_n(sums, n * intrinsic_count, 0.0);
@@ -426,7 +426,7 @@ void allow_correlated_tracks(const BundleProblem& problem, const BundleParams& p
   std::array<bundle::Camera, limits::max_bundle_cameras> cameras;
   free_cameras(problem, window, cameras);
   double* scatter = workspace.scatter.data();
-  const bundle::Loss loss{params.robust_px, params.loss == BundleLoss::cauchy};
+  const bundle::Loss loss{params.robust_px};
   const double overrated = scatter_of_tracks(problem, loss, cameras.data(), n, scatter);
   double* conditional = window.conditional.data();
   double* product = workspace.product.data();

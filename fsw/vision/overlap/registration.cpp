@@ -153,7 +153,7 @@ FixedCoordinate first_y(const RegistrationImage& b, double centre_y, const Local
   return to_fixed(centre_y - half_side<Side> * (warp.yx + warp.yy) + 0.5 * (b.height() - 1));
 }
 
-/// As sample_bilinear() with value_bits at places of b. Only the loads go pixel by pixel.
+/// As sample_bilinear(), with value_bits fractional bits, at places of b. Only the loads go pixel by pixel.
 template <typename Width>
 void sample(const RegistrationImage& b, const typename WordLanes<Width>::Sums& x,
             const typename WordLanes<Width>::Sums& y, typename WordLanes<Width>::Sums& values) {

@@ -163,7 +163,7 @@ std::uint8_t sample_of(GrayView a, std::int32_t x, std::int32_t y) {
   const std::uint8_t* const upper = a.row(y >> 16) + (x >> 16);
   const std::uint8_t* const lower = upper + a.stride;
   if (upper[0] == 0 || upper[1] == 0 || lower[0] == 0 || lower[1] == 0) return 0;
-  return static_cast<std::uint8_t>(sample_bilinear<0>(a, x, y));
+  return sample_bilinear(a, x, y);
 }
 
 std::int32_t stride_of_a(std::int32_t width) {

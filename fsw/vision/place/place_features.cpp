@@ -124,7 +124,7 @@ std::uint32_t load_pair(const std::uint16_t* at) {
   return std::endian::native == std::endian::little ? pair : (pair >> 16U) | (pair << 16U);
 }
 
-// As sample_bilinear() without fractional bits at every pixel, down first. Only the loads go pixel by pixel.
+// As sample_bilinear() at every pixel, down first. Only the loads go pixel by pixel.
 void resample(GrayView from, MutableGrayView to) {
   std::array<FixedCoordinate, limits::max_image_side> across;
   std::array<std::uint32_t, limits::max_image_side> pixel;

@@ -23,7 +23,6 @@ struct StereoParams {
   double min_ncc = 0.3;           ///< least mean NCC of the chosen disparity over a few pixels; more loses weak texture
   int uniqueness_permille = 20;   ///< the best path must cost less than any other by this share of max_matching_cost
   double min_texture_grey = 0.8;  ///< a window whose grey values have a smaller standard deviation is blank
-  bool allow_one_px = true;       ///< the left-right check accepts the neighbouring disparity of the right pixel
   bool keep_order = true;  ///< semi_global: the ordering constraint holds on terrain, but not beside thin objects
   std::int32_t min_segment_px = 60;  ///< smaller connected segments are removed
   double segment_step_px = 1.5;      ///< disparity change that still connects neighbours

@@ -6,8 +6,8 @@
 
 #include "fsw/vision/geometry/camera.hpp"
 #include "fsw/vision/twoview/refine/homography_refinement.hpp"
-#include "fsw/vision/twoview/refine/levenberg_marquardt.hpp"
 #include "fsw/vision/twoview/refine/match_error.hpp"
+#include "fsw/vision/twoview/refine/normal_equations.hpp"
 #include "fsw/vision/twoview/robust/homography_problem.hpp"
 #include "fsw/vision/twoview/robust/robust_models.hpp"
 #include "fsw/vision/twoview/robust/two_view_workspace.hpp"
@@ -69,7 +69,7 @@ struct PlanePoseProblem {
 /// motion that has it.
 double fit_over_plane(const NormalisedPairs& pairs, const Vec3& plane, const PlaneMotion* starts, std::size_t count,
                       RigidTransform& motion) {
-  constexpr int steps = 50;
+  constexpr std::uint32_t steps = 50;
   double best = std::numeric_limits<double>::infinity();
   const PlanePoseProblem problem{pairs, plane};
   for (std::size_t i = 0; i < count; ++i) {
@@ -78,7 +78,7 @@ double fit_over_plane(const NormalisedPairs& pairs, const Vec3& plane, const Pla
     RigidTransform pose = starts[i].b_from_a;
     pose.translation *= scale;
     if (!std::isfinite(problem.cost(pose))) continue;
-    levenberg_marquardt(problem, pose, steps, 1e-8);
+    minimise(problem, pose, steps, 1e-8);
     const double cost = problem.cost(pose);
     if (!(cost < best)) continue;
     best = cost;

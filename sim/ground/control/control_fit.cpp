@@ -61,12 +61,6 @@ double squared_sigmas(const Surveyed& point, const host::Similarity3& fit) {
   return error.dot(covariance_of(point, fit).inverse() * error);
 }
 
-Mat3 cross_matrix(const Vec3& v) {
-  Mat3 m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
-
 /// Gauss-Newton about `centre`, with the inverse covariances as weights.
 host::Similarity3 refined(const std::vector<Surveyed>& points, const std::vector<std::size_t>& members,
                           const Vec3& centre, host::Similarity3 fit) {
@@ -75,8 +69,7 @@ host::Similarity3 refined(const std::vector<Surveyed>& points, const std::vector
     SimilarityStep right = SimilarityStep::Zero();
     for (const std::size_t i : members) {
       const Vec3 at = fit * points[i].world - centre;
-      Eigen::Matrix<double, 3, 7> change;
-      change << -cross_matrix(at), Mat3::Identity(), at;
+      const Eigen::Matrix<double, 3, 7> change = change_by_step(at);
       const Mat3 weight = covariance_of(points[i], fit).inverse();
       normal += change.transpose() * weight * change;
       right -= change.transpose() * (weight * (at + centre - points[i].place));

@@ -1,8 +1,8 @@
 #include "sim/ground/model/adjustment.hpp"
 
-#include <algorithm>
 #include <cmath>
 
+#include "fsw/vision/geometry/levenberg_marquardt.hpp"
 #include "fsw/vision/geometry/rigid_transform.hpp"
 #include "sim/ground/model/normal_equations.hpp"
 
@@ -10,29 +10,35 @@ namespace ilp::model {
 namespace {
 
 /// Long chains bend by little resistance: damping that is not far below it makes them straight in many small steps.
-constexpr double first_damping = 1e-8, least_damping = 1e-10, most_damping = 1e12;
+constexpr double first_damping = 1e-8;
 
-void take(const AdjustmentStep& step, AdjustmentProblem& problem) {
-  for (std::size_t c = 0; c < problem.cameras.size(); ++c) {
-    AdjustedCamera& camera = problem.cameras[c];
-    camera.cam_from_world = rotation_from_vector(step.cameras[c].head<3>()) * camera.cam_from_world;
-    camera.centre += step.cameras[c].tail<3>();
+struct AdjustmentSteps {
+  AdjustmentProblem& problem;
+  ResidualWeights weights;
+  NormalEquations equations = NormalEquations(problem);
+  // Points and cameras alone: observations stay where they are.
+  std::vector<AdjustedCamera> cameras = {};
+  std::vector<Vec3> points = {};
+
+  bool try_step(double damping, TrialStep& trial) {
+    const auto step = equations.step(problem, weights, damping);
+    if (!step) return false;
+    cameras = problem.cameras;
+    points = problem.points;
+    for (std::size_t c = 0; c < cameras.size(); ++c) {
+      cameras[c].cam_from_world = rotation_from_vector(step->cameras[c].head<3>()) * cameras[c].cam_from_world;
+      cameras[c].centre += step->cameras[c].tail<3>();
+    }
+    for (std::size_t p = 0; p < points.size(); ++p) points[p] += step->points[p];
+    swap();
+    trial = {cost_of(problem, weights), step->expected};
+    swap();
+    return true;
   }
-  for (std::size_t p = 0; p < problem.points.size(); ++p) problem.points[p] += step.points[p];
-}
-
-/// H. Nielsen, "Damping Parameter in Marquardt's Method", 1999.
-struct Damping {
-  double value = first_damping, growth = 2;
-
-  void after_success(double gained_share) {
-    value = std::max(least_damping, value * std::max(1.0 / 3, 1 - std::pow(2 * gained_share - 1, 3)));
-    growth = 2;
-  }
-  [[nodiscard]] bool after_failure() {
-    value *= growth;
-    growth *= 2;
-    return value < most_damping;
+  void accept() { swap(); }
+  void swap() {
+    problem.cameras.swap(cameras);
+    problem.points.swap(points);
   }
 };
 
@@ -59,38 +65,12 @@ Gauge gauge_of(const AdjustmentProblem& problem) {
 }
 
 Adjusted adjust(AdjustmentProblem& problem, const AdjustmentParams& params) {
-  Adjusted adjusted;
-  const ResidualWeights weights{params.robust_px};
-  if (problem.cameras.empty() || problem.observations.empty()) return adjusted;
-  adjusted.cost = cost_of(problem, weights);
-  if (!std::isfinite(adjusted.cost)) return adjusted;
-  NormalEquations equations(problem);
-  // Points and cameras alone: observations stay where they are.
-  std::vector<AdjustedCamera> cameras;
-  std::vector<Vec3> points;
-  Damping damping;
-  while (adjusted.iterations < params.max_iterations) {
-    ++adjusted.iterations;
-    const auto step = equations.step(problem, weights, damping.value);
-    if (step && step->expected < params.tolerance * adjusted.cost / 100) break;
-    if (step) {
-      cameras = problem.cameras;
-      points = problem.points;
-      take(*step, problem);
-      const double cost = cost_of(problem, weights), gained = adjusted.cost - cost;
-      if (gained > 0) {
-        adjusted.moved = true;
-        adjusted.cost = cost;
-        if (gained < params.tolerance * cost) break;
-        damping.after_success(gained / step->expected);
-        continue;
-      }
-      problem.cameras = cameras;
-      problem.points = points;
-    }
-    if (!damping.after_failure()) break;
-  }
-  return adjusted;
+  if (problem.cameras.empty() || problem.observations.empty()) return {};
+  AdjustmentSteps steps{problem, {params.robust_px}};
+  const double before = cost_of(problem, steps.weights);
+  LevenbergMarquardt descent{.damping = first_damping, .cost = before, .done = !std::isfinite(before)};
+  while (!descent.done) levenberg_marquardt_step(steps, params.max_iterations, params.tolerance, descent);
+  return {descent.cost < before, descent.iterations, descent.cost};
 }
 
 }  // namespace ilp::model

@@ -47,14 +47,14 @@ struct AdjustmentProblem {
 
 struct AdjustmentParams {
   double robust_px = 0.5;  ///< scale of Cauchy's loss
-  int max_iterations = 40;
+  std::uint32_t max_iterations = 40;
   double tolerance = 1e-6;  ///< the last step lessens the cost by less than this share of it
 };
 
 struct Adjusted {
   bool moved = false;  ///< otherwise there was nothing to adjust or no step helped, and the problem is as it was
-  int iterations = 0;  ///< in which the equations were solved
-  double cost = 0;     ///< half the sum of the losses, those of priors too, and of the squared residuals of the depths
+  std::uint32_t iterations = 0;  ///< in which the equations were solved
+  double cost = 0;  ///< half the sum of the losses, those of priors too, and of the squared residuals of the depths
 };
 
 /// Minimises the reprojection errors with Cauchy's loss, by Levenberg's and Marquardt's method. Without priors the

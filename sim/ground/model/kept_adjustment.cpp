@@ -52,7 +52,7 @@ std::uint64_t digest_of(const AdjustmentProblem& problem, const AdjustmentParams
   intake::append(problem.observations, bytes);
   intake::append(problem.depths, bytes);
   intake::append(numbers_of(problem.priors), bytes);
-  intake::InputDigest digest("adjustment 3");
+  intake::InputDigest digest("adjustment 4");
   digest.add(bytes).add_value(params.robust_px).add_value(params.max_iterations).add_value(params.tolerance);
   for (const AdjustedCamera& camera : problem.cameras)
     digest.add_value(camera.fx).add_value(camera.fy).add_value(camera.cx).add_value(camera.cy);

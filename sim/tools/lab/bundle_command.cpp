@@ -210,7 +210,7 @@ void add_bundle_command(Lab& lab) {
                  "names) that are adjusted; default: all")
       ->expected(2);
   app.add_option("--out", options->out, "file or folder for what is adjusted, in the same form")->required();
-  app.add_option("--robust", options->params.robust_px, "Huber bound in px; 0: least squares")
+  app.add_option("--robust", options->params.robust_px, "scale of Cauchy's loss in px; 0: least squares")
       ->check(finite_in(0, 1000));
   app.add_option("--max-iterations", options->params.max_iterations, "most steps, accepted and rejected")
       ->check(CLI::Range(1, 10000));

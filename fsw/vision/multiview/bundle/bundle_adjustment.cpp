@@ -100,8 +100,7 @@ void choose_active(Equations& eq) {
 Status load(Equations& eq, BundleProblem& problem, const BundleParams& params) {
   eq.problem = nullptr;
   eq.params = params;
-  if (!(params.relative_tolerance >= 0) || !(params.robust_px >= 0) || !std::isfinite(params.robust_px) ||
-      !(params.initial_damping > 0) || !std::isfinite(params.initial_damping) || params.loss > BundleLoss::cauchy) {
+  if (!(params.relative_tolerance >= 0) || !(params.robust_px >= 0) || !std::isfinite(params.robust_px)) {
     return out_of_range(Argument::adjustment_parameters);
   }
   eq.free_count = 0;
@@ -203,23 +202,35 @@ Camera camera_from(const BundleCamera& camera) {
 namespace ilp {
 namespace {
 
-constexpr double max_damping = 1e16;
+struct BundleSteps {
+  bundle::Equations& equations;
+
+  bool try_step(double damping, TrialStep& trial) {
+    double predicted_twice = 0;
+    if (!bundle::linearise(equations, damping)) return false;
+    bundle::assemble(equations, damping);
+    if (!bundle::solve_cameras(equations, damping, predicted_twice)) return false;
+    const bundle::Cost cost = bundle::try_step(equations, predicted_twice);
+    trial = {0.5 * cost.robust, 0.5 * predicted_twice};
+    return cost.valid;
+  }
+  void accept() { bundle::accept(equations); }
+};
 
 }  // namespace
 
 Status BundleAdjuster::begin(BundleProblem& problem, const BundleParams& params) {
   ILP_TRY(bundle::load(equations_, problem, params));
   progress_ = {};
-  progress_.damping = params.initial_damping;
   const bundle::Cost cost = bundle::evaluate(equations_);
   if (equations_.active_observations == 0 || !cost.valid) {
     equations_.problem = nullptr;
     return {StatusCode::no_model, 0, static_cast<std::int64_t>(problem.observations.size())};
   }
-  progress_.cost = progress_.initial_cost = 0.5 * cost.robust;
+  progress_.descent.cost = progress_.initial_cost = 0.5 * cost.robust;
   progress_.initial_rms_px = std::sqrt(cost.squared / (2.0 * static_cast<double>(equations_.active_observations)));
-  progress_.done = params.max_iterations == 0 || cost.robust == 0;
-  progress_.converged = cost.robust == 0;
+  progress_.descent.done = params.max_iterations == 0 || cost.robust == 0;
+  progress_.descent.converged = cost.robust == 0;
   if (problem.hold.held) {
     const bundle::Camera& origin = equations_.cameras[problem.hold.origin];
     const bundle::Camera& anchor = equations_.cameras[problem.hold.anchor];
@@ -240,41 +251,10 @@ Status BundleAdjuster::resume(BundleProblem& problem, const BundleParams& params
 
 Status BundleAdjuster::step() {
   ILP_ASSERT(equations_.problem != nullptr, 0);
-  if (progress_.done) return {};
-  ++progress_.iterations;
-  double predicted_twice = 0;
-  bool accepted = false;
-  bool solved = bundle::linearise(equations_, progress_.damping);
-  if (solved) {
-    bundle::assemble(equations_, progress_.damping);
-    solved = bundle::solve_cameras(equations_, progress_.damping, predicted_twice);
-  }
-  if (solved) {
-    const bundle::Cost trial = bundle::try_step(equations_, predicted_twice);
-    const double gain = progress_.cost - 0.5 * trial.robust;
-    const double predicted = 0.5 * predicted_twice;
-    const double negligible = equations_.params.relative_tolerance * progress_.cost;
-    if (trial.valid && gain >= 0) {
-      accepted = true;
-      bundle::accept(equations_);
-      progress_.cost = 0.5 * trial.robust;
-      const double ratio = predicted > 0 ? gain / predicted : 1;
-      const double centred = 2 * ratio - 1;
-      const double shrink = 1 - centred * centred * centred;
-      progress_.damping *= shrink > 1.0 / 3 ? shrink : 1.0 / 3;
-      progress_.damping_growth = 2;
-      progress_.converged = gain <= negligible;
-    } else {
-      // A worse cost with almost no predicted gain is rounding: the minimum is reached.
-      progress_.converged = trial.valid && predicted <= negligible;
-    }
-  }
-  if (!accepted) {
-    progress_.damping *= progress_.damping_growth;
-    progress_.damping_growth *= 2;
-  }
-  progress_.done = progress_.converged || progress_.iterations >= equations_.params.max_iterations ||
-                   !(progress_.damping < max_damping);
+  if (progress_.descent.done) return {};
+  BundleSteps steps{equations_};
+  const BundleParams& params = equations_.params;
+  levenberg_marquardt_step(steps, params.max_iterations, params.relative_tolerance, progress_.descent);
   return {};
 }
 
@@ -288,8 +268,8 @@ Status BundleAdjuster::finish(BundleResult& result, BundleCovariance* joint) {
   result.final_cost = 0.5 * cost.robust;
   result.initial_rms_px = progress_.initial_rms_px;
   result.final_rms_px = std::sqrt(cost.squared / (2 * observations));
-  result.iterations = progress_.iterations;
-  result.converged = progress_.converged;
+  result.iterations = progress_.descent.iterations;
+  result.converged = progress_.descent.converged;
   result.points = static_cast<std::uint32_t>(equations_.span_count);
   result.observations = static_cast<std::uint32_t>(equations_.active_observations);
   result.dropped_observations =
@@ -302,7 +282,7 @@ Status BundleAdjuster::finish(BundleResult& result, BundleCovariance* joint) {
 Status BundleAdjuster::run(BundleProblem& problem, const BundleParams& params, BundleResult& result,
                            BundleCovariance* joint) {
   ILP_TRY(begin(problem, params));
-  while (!progress_.done) ILP_TRY(step());  // bound: the steps of `max_iterations`
+  while (!progress_.descent.done) ILP_TRY(step());  // bound: the steps of `max_iterations`
   return finish(result, joint);
 }
 

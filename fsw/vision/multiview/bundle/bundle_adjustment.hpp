@@ -1,6 +1,5 @@
 // Bundle adjustment of one window: cameras with known intrinsics and points, Levenberg-Marquardt on the Schur
-// complement (B. Triggs, P. McLauchlan, R. Hartley, A. Fitzgibbon, "Bundle Adjustment - A Modern Synthesis", 2000;
-// damping by H. B. Nielsen, IMM-REP-1999-05).
+// complement (B. Triggs, P. McLauchlan, R. Hartley, A. Fitzgibbon, "Bundle Adjustment - A Modern Synthesis", 2000).
 //
 // A free camera has six parameters: a rotation vector w, R <- exp([w]x) R, and its centre C; x_cam = R (X - C).
 // Observations are ideal pixels (distortion removed), the residual is projection minus observation in px. Points are

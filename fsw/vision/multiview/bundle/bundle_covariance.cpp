@@ -50,13 +50,12 @@ double covariance_factor(const Equations& eq) {
     const PointSpan& span = eq.spans[s];
     for (std::uint32_t i = span.first; i < span.last; ++i) {
       const Observation& o = eq.observations[i];
-      const Linearised at = linearise(eq.cameras[o.camera], o, eq.problem->points[span.point].position, {0, false});
+      const Linearised at = linearise(eq.cameras[o.camera], o, eq.problem->points[span.point].position, {});
       const double squared = at.eu * at.eu + at.ev * at.ev;
-      double weight = 1;
-      (void)eq.loss()(squared, weight);
+      const double weight = eq.loss().weight(squared);
       influence += weight * weight * squared;
       weights += weight;
-      const double slope = eq.loss().slope(weight);
+      const double slope = Loss::slope(weight);
       slopes += slope;
       squared_slopes += slope * slope;
     }

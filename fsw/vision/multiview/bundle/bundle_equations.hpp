@@ -77,7 +77,7 @@ struct Equations {
   std::array<double, max_system> own_step;  ///< same, the centres in their cameras' axes
   std::array<std::array<double, 4>, max_cameras> trial_quaternions;
 
-  [[nodiscard]] Loss loss() const { return {params.robust_px, params.loss == BundleLoss::cauchy}; }
+  [[nodiscard]] Loss loss() const { return {params.robust_px}; }
 };
 
 /// The camera in the form of the inner loops, as a fixed one.

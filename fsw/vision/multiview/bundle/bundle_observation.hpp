@@ -25,45 +25,19 @@ struct Observation {
   std::uint16_t camera;
 };
 
-/// Huber's function of a squared residual, and the weight with which weighted least squares has the same gradient.
-/// Bound 0 = plain least squares.
-inline double huber(double squared, double bound, double& weight) {
-  weight = 1;
-  if (bound <= 0 || squared <= bound * bound) return squared;
-  const double norm = std::sqrt(squared);
-  weight = bound / norm;
-  return 2 * bound * norm - bound * bound;
-}
-
-/// A robust function of squared residuals; bound 0 = plain least squares.
+/// Cauchy's function of squared residuals, bound^2 log(1 + squared / bound^2); bound 0 = plain least squares.
 struct Loss {
-  double bound;  ///< px
-  bool cauchy;   ///< else Huber's
-
-  /// Value and weight, as `huber` gives them; Cauchy's function is bound^2 log(1 + squared / bound^2).
-  double operator()(double squared, double& weight) const {
-    if (!cauchy || bound <= 0) return huber(squared, bound, weight);
-    const double bound2 = bound * bound;
-    weight = bound2 / (bound2 + squared);
-    return bound2 * det_log(1 + squared / bound2);
-  }
+  double bound = 0;  ///< px
 
   [[nodiscard]] double cost(double squared) const {
-    double unused = 1;
-    return (*this)(squared, unused);
+    return bound > 0 ? bound * bound * det_log(1 + squared / (bound * bound)) : squared;
   }
+  /// With which weighted least squares has the same gradient.
   [[nodiscard]] double weight(double squared) const {
-    if (cauchy && bound > 0) return bound * bound / (bound * bound + squared);
-    double weight = 1;
-    (void)huber(squared, bound, weight);
-    return weight;
+    return bound > 0 ? bound * bound / (bound * bound + squared) : 1;
   }
   /// Mean over all directions of the derivative of a weighted residual by the residual.
-  [[nodiscard]] double slope(double weight) const {
-    if (cauchy) return weight * weight;
-    // Beyond the bound a weighted residual keeps its length, so it changes only across its direction.
-    return weight < 1 ? 0.5 * weight : 1;
-  }
+  [[nodiscard]] static double slope(double weight) { return weight * weight; }
 };
 
 /// Residual and derivatives, both times the square root of the robust weight.
@@ -86,9 +60,7 @@ inline Linearised linearise(const Camera& camera, const Observation& o, const do
   double fu = camera.fx;
   double fv = camera.fy;
   if (loss.bound > 0) {
-    double weight = 1;
-    (void)loss(eu * eu + ev * ev, weight);
-    const double root = std::sqrt(weight);
+    const double root = std::sqrt(loss.weight(eu * eu + ev * ev));
     eu *= root;
     ev *= root;
     fu *= root;
@@ -102,11 +74,6 @@ inline Linearised linearise(const Camera& camera, const Observation& o, const do
           {av * (r[3] - y * r[6]), av * (r[4] - y * r[7]), av * (r[5] - y * r[8])},
           {-fu * x * y, fu * (1 + x * x), -fu * y},
           {-fv * (1 + y * y), fv * x * y, fv * x}};
-}
-
-/// Linearises with Huber's function.
-inline Linearised linearise(const Camera& camera, const Observation& o, const double point[3], double robust_px) {
-  return linearise(camera, o, point, Loss{robust_px, false});
 }
 
 }  // namespace ilp::bundle

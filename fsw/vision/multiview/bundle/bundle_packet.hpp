@@ -90,35 +90,19 @@ template <typename V>
   out.y = (r[3] * d0 + r[4] * d1 + r[5] * d2) * out.inverse_z;
 }
 
-/// Whether Huber's function leaves all of these squared residuals as they are.
-template <typename V>
-[[gnu::always_inline]] inline bool all_inside(const V& squared, double bound2) {
-  bool all = true;
-  for (std::size_t lane = 0; lane < lanes_of<V>; ++lane) all &= squared[lane] <= bound2;
-  return all;
-}
-
 /// Roots of the robust weights.
 template <typename V>
 [[gnu::always_inline]] inline V root_weights(const V& squared, const Loss& loss) {
-  const V one = V{} + 1.0;
-  if (loss.bound <= 0) return one;
+  if (loss.bound <= 0) return V{} + 1.0;
   const double bound2 = loss.bound * loss.bound;
-  if (loss.cauchy) return square_root<V>(bound2 / (bound2 + squared));
-  if (all_inside(squared, bound2)) return one;
-  const V outside = square_root<V>(loss.bound / square_root<V>(squared));
-  return squared <= bound2 ? one : outside;
+  return square_root<V>(bound2 / (bound2 + squared));
 }
 
 /// The robust function of squared residuals.
 template <typename V>
 [[gnu::always_inline]] inline V robust_cost(const V& squared, const Loss& loss) {
   if (loss.bound <= 0) return squared;
-  const double bound2 = loss.bound * loss.bound;
-  if (loss.cauchy) return gather<V>([&](std::size_t lane) { return loss.cost(squared[lane]); });
-  if (all_inside(squared, bound2)) return squared;
-  const V outside = 2 * loss.bound * square_root<V>(squared) - bound2;
-  return squared <= bound2 ? squared : outside;
+  return gather<V>([&](std::size_t lane) { return loss.cost(squared[lane]); });
 }
 
 /// Residuals and derivatives; those by the camera are zero in a lane where `counts` is.

@@ -8,6 +8,7 @@
 #include "cfg/limits.hpp"
 #include "fsw/base/fixed_vector.hpp"
 #include "fsw/base/geometry.hpp"
+#include "fsw/vision/geometry/levenberg_marquardt.hpp"
 
 namespace ilp {
 
@@ -51,29 +52,19 @@ struct BundleProblem {
   FixedVector<BundleAttitudePrior, limits::max_bundle_cameras> attitudes;  ///< for the calibration; not adjusted to
 };
 
-enum class BundleLoss : std::uint8_t { huber, cauchy };
-
 struct BundleParams {
   std::uint32_t max_iterations = 20;
   double relative_tolerance = 1e-6;  ///< of the cost: the adjustment ends when one step gains less
-  double robust_px = 0;              ///< bound of the loss; 0 = plain least squares
-  BundleLoss loss = BundleLoss::huber;
-  double initial_damping =
-      1e-4;  ///< times the diagonal of the normal equations; small, because windows start near the solution
+  double robust_px = 0;              ///< scale of Cauchy's loss; 0 = plain least squares
 };
 
 /// The state of an adjustment between iterations, in addition to the problem itself. With it the adjustment can be
 /// interrupted, stored and resumed with the same result to the last bit.
 struct BundleProgress {
-  double damping = 0;
-  double damping_growth = 2;
-  double initial_cost = 0;  ///< half the sum of squared residuals, px^2; the loss of them if robust
-  double cost = 0;          ///< same, now
+  LevenbergMarquardt descent;  ///< its cost in px^2
+  double initial_cost = 0;     ///< px^2
   double initial_rms_px = 0;
   double held_distance = 0;
-  std::uint32_t iterations = 0;  ///< accepted and rejected ones
-  bool converged = false;
-  bool done = false;
 };
 
 struct BundleResult {

@@ -14,6 +14,8 @@ namespace {
 
 constexpr std::int16_t no_cost = 32767;
 constexpr std::int32_t fit_support_radius = 2;
+/// Of the disparity of the right pixel, which is thus the neighbouring one at most.
+constexpr std::int16_t most_away_px = 1;
 
 /// The cheapest of the left pixels that chose the same right one keeps it. Right pixels count from the left end of the
 /// range's reach.
@@ -24,10 +26,9 @@ void claim(SelectionWorkspace& w, std::int32_t x, std::int32_t padded, const Row
   w.right_index[target] = winner.index;
 }
 
-bool has_its_right_pixel(const SelectionWorkspace& w, std::int32_t x, std::int32_t padded, std::int32_t d,
-                         std::int32_t most_away) {
+bool has_its_right_pixel(const SelectionWorkspace& w, std::int32_t x, std::int32_t padded, std::int32_t d) {
   const std::int32_t away = w.right_index[static_cast<std::size_t>(x + padded - d)] - d;
-  return static_cast<std::uint32_t>(away + most_away) <= static_cast<std::uint32_t>(2 * most_away);
+  return static_cast<std::uint32_t>(away + most_away_px) <= std::uint32_t{2 * most_away_px};
 }
 
 using PeakWords [[gnu::vector_size(16)]] = std::int16_t;
@@ -214,7 +215,7 @@ struct RowChecks {
 struct PixelRule {
   const std::int16_t* ncc;
   std::ptrdiff_t padded;
-  std::int32_t width, most_away;
+  std::int32_t width;
   bool holds_right;  ///< adds correlations in which the right pixel is held, for columns from first to last
   std::int32_t first, last;
 };
@@ -226,7 +227,7 @@ struct PixelRule {
   const auto k = static_cast<std::size_t>(x);
   const std::int32_t d = w.best_index[k];
   const std::int16_t* c = r.ncc + x * r.padded + d;
-  if (!has_its_right_pixel(w, x, static_cast<std::int32_t>(r.padded), d, r.most_away)) return;
+  if (!has_its_right_pixel(w, x, static_cast<std::int32_t>(r.padded), d)) return;
   Support support;
   if (!agreeing || !supported_by_all(c, r.padded, support)) {
     // Zero is the correlation of pixels that are out of view or masked.
@@ -291,8 +292,7 @@ struct LevelWindow {
   const std::int16_t* right = w.right_index.data() + x + r.padded - lowest;
   const I16 right_index = own > lowest ? lanes::load<I16>(right - 1) : lanes::load<I16>(right);
   const I16 away = right_index - own;
-  const auto most = static_cast<std::int16_t>(r.most_away);
-  if (lanes::any((away > most) | (-away > most))) return false;
+  if (lanes::any((away > most_away_px) | (-away > most_away_px))) return false;
   const std::int16_t* c = r.ncc + (x - fit_support_radius) * r.padded + lowest;
   LevelWindow window;
   const PeakWords unseen = window.load(c, r.padded);
@@ -363,7 +363,6 @@ void check_run(const RowChecks& r, const SearchRun& run, const Flags& unique, Se
   const PixelRule rule{r.ncc,
                        r.rows.padded_disparities,
                        r.rows.left.width,
-                       r.params.allow_one_px ? 1 : 0,
                        r.params.matcher == StereoMatcherChoice::ordered_scanline,
                        run.begin + fit_support_radius + 1,
                        run.end - fit_support_radius - 2};

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "fsw/base/math.hpp"
-#include "fsw/vision/twoview/refine/levenberg_marquardt.hpp"
+#include "fsw/vision/twoview/refine/normal_equations.hpp"
 #include "fsw/vision/twoview/solvers/decompose_essential.hpp"
 #include "fsw/vision/twoview/solvers/singular_values.hpp"
 #include "fsw/vision/twoview/solvers/symmetric_eigen.hpp"
@@ -312,14 +312,14 @@ bool refine_narrow_motion(const NormalisedPairs& pairs, const PairSelection& sel
                           NarrowMotion& motion) {
   if (selection.count < NarrowParametrisation::dof) return false;
   SampsonProblem<NarrowParametrisation> problem{pairs, selection, params};
-  return levenberg_marquardt(problem, motion, params.max_steps, params.min_gain);
+  return minimise(problem, motion, params.max_steps, params.min_gain);
 }
 
 bool refine_relative_pose(const NormalisedPairs& pairs, const PairSelection& selection, const RefinementParams& params,
                           RigidTransform& b_from_a) {
   if (selection.count < PoseParametrisation::dof) return false;
   SampsonProblem<PoseParametrisation> problem{pairs, selection, params};
-  return levenberg_marquardt(problem, b_from_a, params.max_steps, params.min_gain);
+  return minimise(problem, b_from_a, params.max_steps, params.min_gain);
 }
 
 double epipolar_cost(const NormalisedPairs& pairs, const PairSelection& selection, const RefinementParams& params,
@@ -334,7 +334,7 @@ bool refine_fundamental(const NormalisedPairs& pairs, const PairSelection& selec
   if (!singular_values(fundamental, svd)) return false;
   FundamentalState state{svd.u, svd.v, svd.values[1] / svd.values[0]};
   SampsonProblem<FundamentalParametrisation> problem{pairs, selection, params};
-  if (!levenberg_marquardt(problem, state, params.max_steps, params.min_gain)) return false;
+  if (!minimise(problem, state, params.max_steps, params.min_gain)) return false;
   fundamental = FundamentalParametrisation::matrix(state);
   return true;
 }

@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "fsw/vision/twoview/refine/levenberg_marquardt.hpp"
 #include "fsw/vision/twoview/refine/match_error.hpp"
+#include "fsw/vision/twoview/refine/normal_equations.hpp"
 
 namespace ilp {
 namespace {
@@ -87,7 +87,7 @@ bool refine_homography(const NormalisedPairs& pairs, const PairSelection& select
     if (std::fabs(homography(e / 3, e % 3)) > std::fabs(homography(state.fixed / 3, state.fixed % 3))) state.fixed = e;
   }
   TransferProblem problem{pairs, selection, params};
-  if (!levenberg_marquardt(problem, state, params.max_steps, params.min_gain)) return false;
+  if (!minimise(problem, state, params.max_steps, params.min_gain)) return false;
   homography = state.h / state.h.norm();
   return true;
 }

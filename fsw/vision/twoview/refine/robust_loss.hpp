@@ -14,7 +14,7 @@ enum class RobustLoss : std::uint8_t {
 struct RefinementParams {
   RobustLoss loss = RobustLoss::truncated;
   double bound_px = 1;
-  int max_steps = 10;
+  std::uint32_t max_steps = 10;
   double min_gain = 1e-6;
 };
 

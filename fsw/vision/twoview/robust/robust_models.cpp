@@ -63,7 +63,7 @@ void refine_if_better(const NormalisedPairs& pairs, const RansacParams& params, 
     const double bound_px = widening * params.threshold_px;
     select_epipolar_inliers(pairs, candidate, bound_px, scratch);
     const bool last = 0.5 * widening < refinement_bound;
-    const RefinementParams refinement{RobustLoss::tukey, bound_px, last ? 20 : 4, last ? 1e-6 : 1e-3};
+    const RefinementParams refinement{RobustLoss::tukey, bound_px, last ? 20U : 4U, last ? 1e-6 : 1e-3};
     refine_fundamental(pairs, {scratch.data(), scratch.size()}, refinement, candidate);
     widening *= 0.5;
   }

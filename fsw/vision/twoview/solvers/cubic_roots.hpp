@@ -25,6 +25,33 @@ inline double power_above_cube_root(double x) {
   return std::bit_cast<double>(static_cast<std::uint64_t>(third + bias) << 52U);
 }
 
+/// One step of Newton's method towards a root of x^3 + b x^2 + c x + d.
+inline double improved_root_of_cubic(double b, double c, double d, double x) {
+  const double value = ((x + b) * x + c) * x + d;
+  const double move = value / ((3 * x + 2 * b) * x + c);
+  return std::isfinite(move) ? x - move : x;
+}
+
+/// A real root of x^3 + b x^2 + c x + d; of three the one that lies alone on its side of the inflection.
+inline double real_root_of_cubic(double b, double c, double d) {
+  // t^3 + slope t + offset with t = x - inflection: its roots are within 2 sqrt(|slope| / 3) + cbrt(|offset|). From
+  // there, on the side of the outermost root, Newton's method approaches without turning back.
+  const double inflection = -b / 3;
+  const double slope = c - b * b / 3;
+  const double offset = ((inflection + b) * inflection + c) * inflection + d;
+  double x = inflection;
+  if (offset == 0) return x;
+  const double reach = 2 * std::sqrt(std::fabs(slope) / 3) + power_above_cube_root(std::fabs(offset));
+  x -= std::copysign(reach, offset);
+  for (int step = 0; step < 60; ++step) {
+    const double next = improved_root_of_cubic(b, c, d, x);
+    const double move = std::fabs(next - x);
+    x = next;
+    if (!(move > 1e-15 * std::fabs(x))) break;
+  }
+  return x;
+}
+
 /// The real roots of c[0] + c[1] x + c[2] x^2 + c[3] x^3, in no particular order; a double root is given twice. Returns
 /// their number. Polynomials of a lower degree are solved too; one that is constant or not finite has no root.
 inline int cubic_roots(const double (&c)[4], double (&roots)[3]) {
@@ -36,32 +63,11 @@ inline int cubic_roots(const double (&c)[4], double (&roots)[3]) {
   const double b = c[2] / c[3];
   const double d = c[1] / c[3];
   const double e = c[0] / c[3];
-  const auto newton = [&](double x) {
-    const double value = ((x + b) * x + d) * x + e;
-    const double move = value / ((3 * x + 2 * b) * x + d);
-    return std::isfinite(move) ? x - move : x;
-  };
-  // t^3 + slope t + offset with t = x - inflection: its roots are within 2 sqrt(|slope| / 3) + cbrt(|offset|). From
-  // there, on the side of the outermost root, Newton's method approaches without turning back.
-  const double inflection = -b / 3;
-  const double slope = d - b * b / 3;
-  const double offset = ((inflection + b) * inflection + d) * inflection + e;
-  double x = inflection;
-  if (offset != 0) {
-    const double reach = 2 * std::sqrt(std::fabs(slope) / 3) + power_above_cube_root(std::fabs(offset));
-    x -= std::copysign(reach, offset);
-    for (int step = 0; step < 60; ++step) {
-      const double next = newton(x);
-      const double move = std::fabs(next - x);
-      x = next;
-      if (!(move > 1e-15 * std::fabs(x))) break;
-    }
-  }
-  roots[0] = x;
+  const double x = roots[0] = real_root_of_cubic(b, d, e);
   const int count = append_quadratic_roots(1, x + b, (x + b) * x + d, roots, 1);
   // One step each restores what the division by the first root has lost.
   for (int i = 1; i < count; ++i) {
-    const double better = newton(roots[i]);
+    const double better = improved_root_of_cubic(b, d, e, roots[i]);
     if (std::fabs(better - roots[i]) < 1e-6 * (1 + std::fabs(roots[i]))) roots[i] = better;
   }
   return count;

@@ -28,7 +28,7 @@ class PosedWindow {
     }
     problem_->hold = {true, 0, static_cast<std::uint16_t>(views - 1)};
     add_tracks(flight, first, given);
-    BundleParams params{.max_iterations = 60, .robust_px = 0.5, .loss = BundleLoss::cauchy};
+    BundleParams params{.max_iterations = 60, .robust_px = 0.5};
     const auto adjuster = std::make_unique<BundleAdjuster>();
     ok_ = adjuster->run(*problem_, params, result_).ok();
   }

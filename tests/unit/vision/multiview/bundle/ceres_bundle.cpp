@@ -116,8 +116,7 @@ CeresResult adjust_with_ceres(const BundleProblem& problem, const BundleParams& 
     if (problem.cameras[i].fixed) peer.SetParameterBlockConstant(parameters);
   }
   ceres::LossFunction* loss = nullptr;
-  if (params.robust_px > 0 && params.loss == BundleLoss::huber) loss = new ceres::HuberLoss(params.robust_px);
-  if (params.robust_px > 0 && params.loss == BundleLoss::cauchy) loss = new ceres::CauchyLoss(params.robust_px);
+  if (params.robust_px > 0) loss = new ceres::CauchyLoss(params.robust_px);
   for (const BundleObservation& o : problem.observations) {
     peer.AddResidualBlock(new Reprojection(cameras.blocks[o.camera], o), loss, cameras.blocks[o.camera].parameters,
                           points[o.point].position);
@@ -132,7 +131,7 @@ CeresResult adjust_with_ceres(const BundleProblem& problem, const BundleParams& 
   // The change of the cost alone decides, as here.
   options.gradient_tolerance = 1e-30;
   options.parameter_tolerance = 1e-30;
-  options.initial_trust_region_radius = 1 / params.initial_damping;
+  options.initial_trust_region_radius = 1 / LevenbergMarquardt{}.damping;
   options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
   const std::clock_t begun = std::clock();

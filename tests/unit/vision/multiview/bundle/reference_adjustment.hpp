@@ -36,7 +36,7 @@ class ReferenceAdjustment {
     }
   }
 
-  /// Half the sum of squared residuals (Huber's function of each observation's norm if `robust` > 0), px^2.
+  /// Half the sum of squared residuals (Cauchy's function of each observation's norm if `robust` > 0), px^2.
   [[nodiscard]] double cost(double robust = 0) const { return cost(parameters_, robust); }
 
   /// Levenberg-Marquardt to convergence; returns the minimum.
@@ -112,9 +112,9 @@ class ReferenceAdjustment {
   [[nodiscard]] double cost(const Eigen::VectorXd& parameters, double robust) const {
     double sum = 0;
     for (const BundleObservation& o : problem_.observations) {
-      const double norm =
-          residual(parameters.segment<6>(at(o.camera)), parameters.segment<3>(point_at(o.point)), o).norm();
-      sum += robust > 0 && norm > robust ? 2 * robust * norm - robust * robust : norm * norm;
+      const double squared =
+          residual(parameters.segment<6>(at(o.camera)), parameters.segment<3>(point_at(o.point)), o).squaredNorm();
+      sum += robust > 0 ? robust * robust * std::log1p(squared / (robust * robust)) : squared;
     }
     return 0.5 * sum;
   }
@@ -127,7 +127,7 @@ class ReferenceAdjustment {
       const Eigen::Matrix<double, 6, 1> camera = parameters_.segment<6>(at(o.camera));
       const Eigen::Vector3d point = parameters_.segment<3>(point_at(o.point));
       const Eigen::Vector2d r = residual(camera, point, o);
-      const double root = robust > 0 && r.norm() > robust ? std::sqrt(robust / r.norm()) : 1;
+      const double root = robust > 0 ? robust / std::sqrt(robust * robust + r.squaredNorm()) : 1;
       const auto row = static_cast<int>(2 * i);
       residuals.segment<2>(row) = root * r;
       for (int k = 0; k < 6 && column_[o.camera] >= 0; ++k) {
