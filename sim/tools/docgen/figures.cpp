@@ -17,7 +17,7 @@ struct Block {
 };
 
 std::vector<Block> blocks_of(const std::string& page) {
-  const std::string head = "<!-- figures: ", close = " -->\n", tail = "<!-- end of figures -->";
+  const std::string head = "<!-- figures: ", close = " -->\n", tail = "<!-- end -->";
   std::vector<Block> blocks;
   for (std::size_t at = page.find(head); at != std::string::npos; at = page.find(head, at)) {
     const std::size_t name = at + head.size(), line_end = page.find(close, name), end = page.find(tail, name);

@@ -1,5 +1,5 @@
 // Measured figures of the pages: docs/figures/NAME.json holds a command, columns and rows, and its table stands in a
-// page between "<!-- figures: NAME -->" and "<!-- end of figures -->".
+// page between "<!-- figures: NAME -->" and "<!-- end -->".
 //
 //   {"command": ["sim/fly"],                                  lines; the first ones of the block
 //    "columns": [{"name": "error", "unit": "%"}, ...],        tests/docs_figures/figures says what else a column may

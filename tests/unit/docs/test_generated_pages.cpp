@@ -130,14 +130,14 @@ class FiguresFile : public testing::Test {
     return "";
   }
   const fs::path folder = fs::path(testing::TempDir()) / "ilp-figures";
-  const std::string blank = "Text.\n\n<!-- figures: errors -->\n<!-- end of figures -->\n\nMore.\n";
+  const std::string blank = "Text.\n\n<!-- figures: errors -->\n<!-- end -->\n\nMore.\n";
 };
 
 TEST_F(FiguresFile, BecomesCommandAndTableOfItsBlock) {
   const std::string page = ilp::docgen::with_figures(blank, folder);
   EXPECT_EQ(page,
             "Text.\n\n<!-- figures: errors -->\n\n    a run\n    of two\n\n| flight | error, % |\n|---|---|\n"
-            "| one | 0.10 |\n| a \\| b | |\n\n<!-- end of figures -->\n\nMore.\n");
+            "| one | 0.10 |\n| a \\| b | |\n\n<!-- end -->\n\nMore.\n");
   EXPECT_EQ(ilp::docgen::with_figures(page, folder), page);
   std::string changed = page;
   changed.replace(changed.find("0.10"), 4, "0.11");
