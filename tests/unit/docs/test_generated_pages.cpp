@@ -2,22 +2,32 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <map>
+#include <set>
 #include <sstream>
+#include <stdexcept>
 #include <string>
 
 #include "bsp/flight/status_text.hpp"
 #include "fsw/base/status.hpp"
 #include "fsw/packets/report_table.hpp"
 #include "sim/tools/docgen/documents.hpp"
+#include "sim/tools/docgen/figures.hpp"
 
 namespace {
 
-std::string page(const std::string& name) {
-  std::ifstream in("docs/" + name, std::ios::binary);
+namespace fs = std::filesystem;
+
+std::string file_text(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
   return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+
+std::string page(const std::string& name) {
+  return file_text("docs/" + name);
 }
 
 /// Octets of a report as ground software would count them that has the page only: of all items of the section in which
@@ -87,6 +97,73 @@ TEST(GeneratedPages, CommittedPagesAreThoseTheTablesMake) {
     EXPECT_TRUE(committed == ilp::docgen::placed(document, committed))
         << "docs/" << document.file << " is out of date: run build/host/bin/ilp-docgen docs";
   }
+}
+
+TEST(GeneratedPages, TablesOfFiguresAreThoseOfTheirFiles) {
+  std::multiset<std::string> named, files;
+  for (const fs::directory_entry& entry : fs::directory_iterator("docs")) {
+    if (entry.path().extension() != ".md") continue;
+    const std::string committed = file_text(entry.path());
+    for (const std::string& name : ilp::docgen::figures_of(committed)) named.insert(name);
+    EXPECT_TRUE(committed == ilp::docgen::with_figures(committed, "docs/figures"))
+        << entry.path() << " is out of date: run build/host/bin/ilp-docgen docs";
+  }
+  for (const fs::directory_entry& entry : fs::directory_iterator("docs/figures")) files.insert(entry.path().stem());
+  EXPECT_EQ(named, files) << "each file of docs/figures stands in one page";
+}
+
+class FiguresFile : public testing::Test {
+ protected:
+  void SetUp() override {
+    fs::create_directories(folder);
+    write(R"({"command": ["a run", "of two"], "columns": [{"name": "flight"}, {"name": "error", "unit": "%"}],
+              "rows": [["one", "0.10"], ["a | b", ""]]})");
+  }
+  void write(const std::string& json) { std::ofstream(folder / "errors.json") << json; }
+  /// What is said of the page; empty where nothing is wrong.
+  std::string refusal(const std::string& text) {
+    try {
+      (void)ilp::docgen::with_figures(text, folder);
+    } catch (const std::runtime_error& error) {
+      return error.what();
+    }
+    return "";
+  }
+  const fs::path folder = fs::path(testing::TempDir()) / "ilp-figures";
+  const std::string blank = "Text.\n\n<!-- figures: errors -->\n<!-- end -->\n\nMore.\n";
+};
+
+TEST_F(FiguresFile, BecomesCommandAndTableOfItsBlock) {
+  const std::string page = ilp::docgen::with_figures(blank, folder);
+  EXPECT_EQ(page,
+            "Text.\n\n<!-- figures: errors -->\n\n    a run\n    of two\n\n| flight | error, % |\n|---|---|\n"
+            "| one | 0.10 |\n| a \\| b | |\n\n<!-- end -->\n\nMore.\n");
+  EXPECT_EQ(ilp::docgen::with_figures(page, folder), page);
+  std::string changed = page;
+  changed.replace(changed.find("0.10"), 4, "0.11");
+  EXPECT_EQ(ilp::docgen::with_figures(changed, folder), page);
+}
+
+TEST_F(FiguresFile, IsRefusedByNameWhereItIsDamagedOrMissing) {
+  const std::string name = "errors.json";
+  write(R"({"command": ["a run"], "columns": [{"name": "flight"}], "rows": [["one", "0.1"]]})");
+  EXPECT_NE(refusal(blank).find(name), std::string::npos);
+  EXPECT_NE(refusal(blank).find("0.1"), std::string::npos) << "the row is named";
+  for (const char* const json :
+       {R"({"command": [], "columns": [{"name": "flight"}], "rows": []})", R"({"command": ["a)",
+        R"({"command": ["a run"], "columns": [{"name": "a"}], "rows": [[0.1]]})", "[]"}) {
+    write(json);
+    EXPECT_NE(refusal(blank).find(name), std::string::npos) << json;
+  }
+  fs::remove(folder / name);
+  EXPECT_NE(refusal(blank).find(name), std::string::npos);
+}
+
+TEST_F(FiguresFile, HasABlockThatEnds) {
+  const std::string begin = "<!-- figures: errors -->\n";
+  EXPECT_NE(refusal("Text.\n\n" + begin).find("figures: errors"), std::string::npos);
+  EXPECT_NE(refusal(begin + blank).find("figures: errors"), std::string::npos);
+  EXPECT_NE(refusal("<!-- figures: errors\n\n" + blank).find("figures: errors"), std::string::npos);
 }
 
 }  // namespace
