@@ -87,8 +87,7 @@ class Network {
       solved = once(differences, pulls);
     }
     std::vector<std::array<double, 3>> values;
-    for (Eigen::Index i = 0; i < patches_; ++i)
-      values.push_back({solved(3 * i), solved(3 * i + 1), solved(3 * i + 2)});
+    for (Eigen::Index i = 0; i < patches_; ++i) values.push_back({solved(3 * i), solved(3 * i + 1), solved(3 * i + 2)});
     return values;
   }
 
@@ -249,7 +248,8 @@ void add_meeting(const ShownCell& a, const ShownCell& b, std::int64_t column, st
   // What is black or white has lost what it was.
   constexpr std::uint8_t darkest = 2, brightest = 253;
   if (std::min(a.grey, b.grey) < darkest || std::max(a.grey, b.grey) > brightest) return;
-  const auto& [first, second] = std::minmax(a, b, [](const ShownCell& x, const ShownCell& y) { return x.keyframe < y.keyframe; });
+  const auto& [first, second] =
+      std::minmax(a, b, [](const ShownCell& x, const ShownCell& y) { return x.keyframe < y.keyframe; });
   SeamGreys& greys = seams[{first.keyframe, second.keyframe}];
   greys.first.add(first.grey, 1);
   greys.second.add(second.grey, 1);

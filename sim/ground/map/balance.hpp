@@ -21,8 +21,9 @@ struct Balance {
   [[nodiscard]] double of(double grey) const { return gain * grey + offset; }
   /// In a cell of the world.
   [[nodiscard]] double of(double grey, std::int64_t column, std::int64_t row) const {
-    return of(grey) + (ramp[0] * static_cast<double>(column - middle[0]) +
-                       ramp[1] * static_cast<double>(row - middle[1])) / ramp_cells;
+    return of(grey) +
+           (ramp[0] * static_cast<double>(column - middle[0]) + ramp[1] * static_cast<double>(row - middle[1])) /
+               ramp_cells;
   }
   bool operator==(const Balance&) const = default;
   static constexpr double ramp_cells = 256;
@@ -88,8 +89,8 @@ struct ShownPatch {
   std::uint64_t cells = 0;
   std::uint64_t grey = 0;              ///< sum over its cells
   std::int64_t columns = 0, rows = 0;  ///< of the world, sums over its cells
-  std::uint64_t pairs = 0;        ///< of cells contrast_cells apart along a row or column
-  std::uint64_t differences = 0;  ///< sum of their absolute differences
+  std::uint64_t pairs = 0;             ///< of cells contrast_cells apart along a row or column
+  std::uint64_t differences = 0;       ///< sum of their absolute differences
   void add(const ShownPatch& other);
 };
 inline constexpr std::int32_t contrast_cells = 8;
@@ -99,11 +100,11 @@ void add_shown(const GroundGrid& grid, std::int32_t margin, std::vector<ShownPat
 
 /// Gain, offset and ramp of each keyframe, by robust least squares over all meetings: first contrasts, whose ratios are
 /// those of the spreads of grey of both, then brightnesses and ramps. A weak pull takes contrast and mean of each piece
-/// to those of the map, and its ramp to none. Seams alone err in one direction where images are darker or blurred at one edge, and this adds up
-/// along a strip. The map is for the eye: real differences over many keyframes are made smaller too. Gains lie within a
-/// factor of most_gain; ground of hardly any contrast, and a piece that meets no other one, keep their contrast. Over
-/// all cells the mean logarithm of the gains is 0 and the mean grey what it was, in a map of 100 keyframes and more to
-/// within a thirty-second and 4.
+/// to those of the map, and its ramp to none. Seams alone err in one direction where images are darker or blurred at
+/// one edge, and this adds up along a strip. The map is for the eye: real differences over many keyframes are made
+/// smaller too. Gains lie within a factor of most_gain; ground of hardly any contrast, and a piece that meets no other
+/// one, keep their contrast. Over all cells the mean logarithm of the gains is 0 and the mean grey what it was, in a
+/// map of 100 keyframes and more to within a thirty-second and 4.
 [[nodiscard]] std::map<std::int64_t, Balance> balance_patches(std::vector<Meeting> meetings,
                                                               const std::map<std::int64_t, ShownPatch>& patches);
 inline constexpr double most_gain = 4;

@@ -113,7 +113,8 @@ class TilePainter {
     if (again) return;
     painted_by_[cell] = patch_;
     ++grid_.count.samples[cell];
-    if (source != source_ && in_core(cell)) shared_cells.push_back({cell, source, source_, grey_at(cell), to_grey(grey)});
+    if (source != source_ && in_core(cell))
+      shared_cells.push_back({cell, source, source_, grey_at(cell), to_grey(grey)});
   }
 
   void paint_face(const SurfaceVertex& a, const SurfaceVertex& b, const SurfaceVertex& c) {
@@ -208,7 +209,8 @@ std::size_t bytes_of(const SurfaceMesh& mesh) {
 
 json list_of(const Seams& seams) {
   json list = json::array();
-  for (const auto& [pair, greys] : seams) list.push_back({pair, greys.first.entries(), greys.second.entries(), greys.columns, greys.rows});
+  for (const auto& [pair, greys] : seams)
+    list.push_back({pair, greys.first.entries(), greys.second.entries(), greys.columns, greys.rows});
   return list;
 }
 
@@ -224,13 +226,15 @@ Seams seams_from(const json& stored) {
 
 json list_of(const std::vector<ShownPatch>& shown) {
   json list = json::array();
-  for (const ShownPatch& patch : shown) list.push_back({patch.cells, patch.grey, patch.columns, patch.rows, patch.pairs, patch.differences});
+  for (const ShownPatch& patch : shown)
+    list.push_back({patch.cells, patch.grey, patch.columns, patch.rows, patch.pairs, patch.differences});
   return list;
 }
 
 std::vector<ShownPatch> shown_from(const json& stored) {
   std::vector<ShownPatch> shown;
-  for (const json& entry : stored) shown.push_back({entry.at(0), entry.at(1), entry.at(2), entry.at(3), entry.at(4), entry.at(5)});
+  for (const json& entry : stored)
+    shown.push_back({entry.at(0), entry.at(1), entry.at(2), entry.at(3), entry.at(4), entry.at(5)});
   return shown;
 }
 
@@ -281,8 +285,8 @@ SurfaceTile paint_tile(const intake::TilePlace& place, double cell, const std::v
   for (const SharedCell& m : painter.shared_cells) {
     const auto side_cells = static_cast<std::size_t>(side);
     add_meeting({summary.keyframes[m.first - 1U], m.first_grey}, {summary.keyframes[m.second - 1U], m.second_grey},
-                left + static_cast<std::int64_t>(m.cell % side_cells), top + static_cast<std::int64_t>(m.cell / side_cells),
-                summary.seams);
+                left + static_cast<std::int64_t>(m.cell % side_cells),
+                top + static_cast<std::int64_t>(m.cell / side_cells), summary.seams);
   }
   summary.shown.assign(summary.keyframes.size(), {});
   add_shown(area, tile_margin_cells, summary.shown);

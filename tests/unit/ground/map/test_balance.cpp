@@ -176,7 +176,10 @@ TEST(Balance, AKeyframeAtTheEndOfALongStripDoesNotChangeItsBeginning) {
     std::map<std::int64_t, ShownPatch> patches;
     for (std::int64_t id = 1; id <= keyframes; ++id) {
       const auto grey = static_cast<std::uint64_t>(93 + 13 * (id % 5));
-      patches[id] = {.cells = 1000, .grey = 1000 * grey, .pairs = 1000, .differences = static_cast<std::uint64_t>(9000 + 2000 * (id % 3))};
+      patches[id] = {.cells = 1000,
+                     .grey = 1000 * grey,
+                     .pairs = 1000,
+                     .differences = static_cast<std::uint64_t>(9000 + 2000 * (id % 3))};
       if (id == 1) continue;
       SeamGreys& greys = seams[{id - 1, id}];
       for (std::int64_t k = 0; k < 40; ++k) {
@@ -255,22 +258,29 @@ TEST(Balance, ALongBorderDoesNotOverruleShortOnes) {
     return greys;
   };
   const ShownPatch patch{.cells = 30000, .grey = 3300000, .pairs = 1000, .differences = 9000};
-  const auto balance = balance_patches(meetings_of({{{1, 2}, seam_of(40000, 0)}, {{2, 3}, seam_of(2000, 12)}, {{1, 3}, seam_of(2000, 0)}}),
-                                       {{1, patch}, {2, patch}, {3, patch}});
+  const auto balance = balance_patches(
+      meetings_of({{{1, 2}, seam_of(40000, 0)}, {{2, 3}, seam_of(2000, 12)}, {{1, 3}, seam_of(2000, 0)}}),
+      {{1, patch}, {2, patch}, {3, patch}});
   EXPECT_GT(balance.at(2).of(110) - balance.at(1).of(110), 2) << "the long border takes part of what is missing";
 }
 
 TEST(Balance, AKeyframeThatIsBrighterFromOneSideMeetsItsNeighbourAllAlongTheirBorder) {
   // Two pieces of 500 rows share a column; the second one shows 15 more above and 15 less below.
   const auto meeting = [](double row, double brighter) {
-    return Meeting{.first = 1, .second = 2, .column = 100, .row = row, .cells = 500, .first_level = {120, 20},
+    return Meeting{.first = 1,
+                   .second = 2,
+                   .column = 100,
+                   .row = row,
+                   .cells = 500,
+                   .first_level = {120, 20},
                    .second_level = {120 + brighter, 20}};
   };
   const auto patch = [](std::int64_t column) {
-    return ShownPatch{.cells = 1000, .grey = 120000, .columns = 1000 * column, .rows = 250000, .pairs = 1000,
-                      .differences = 9000};
+    return ShownPatch{
+        .cells = 1000, .grey = 120000, .columns = 1000 * column, .rows = 250000, .pairs = 1000, .differences = 9000};
   };
-  const auto balance = balance_patches({meeting(50, 15), meeting(450, -15), meeting(250, 0)}, {{1, patch(50)}, {2, patch(150)}});
+  const auto balance =
+      balance_patches({meeting(50, 15), meeting(450, -15), meeting(250, 0)}, {{1, patch(50)}, {2, patch(150)}});
   for (const auto& [row, brighter] : {std::pair{50, 15.0}, {250, 0.0}, {450, -15.0}})
     EXPECT_NEAR(balance.at(1).of(120, 100, row), balance.at(2).of(120 + brighter, 100, row), 2) << row;
   EXPECT_NEAR(balance.at(1).ramp[1], -balance.at(2).ramp[1], 0.1) << "neither is taken for the right one";

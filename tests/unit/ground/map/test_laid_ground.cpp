@@ -119,7 +119,8 @@ TEST_F(LaidGroundTest, IsBalancedAsItsKeyframeIsAndKeptInTheBytesOfATile) {
   ASSERT_TRUE(read);
   EXPECT_EQ(read->laid.grey.samples, tile.cells.laid.grey.samples);
   EXPECT_EQ(read->laid.source.samples, tile.cells.laid.source.samples);
-  const MapTile plain = finish_tile({-1, -1}, tile.cells, {Balance{}}, cell), darker = finish_tile({-1, -1}, tile.cells, {{1, -30}}, cell);
+  const MapTile plain = finish_tile({-1, -1}, tile.cells, {Balance{}}, cell),
+                darker = finish_tile({-1, -1}, tile.cells, {{1, -30}}, cell);
   std::size_t cells = 0;
   for (std::size_t i = 0; i < plain.laid.grey.samples.size(); ++i) {
     if (plain.laid.grey.samples[i] == 0) continue;

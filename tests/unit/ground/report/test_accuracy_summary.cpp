@@ -45,7 +45,8 @@ Report joined_report() {
 TEST(AccuracySummary, AReferenceOfAnotherFlightIsNamed) {
   Report report = joined_report();
   report.strips[0].accuracy->rotation_rad.mean = 0.4;
-  EXPECT_TRUE(says(accuracy_lines(report), "strip 1: after the best alignment, 18 poses and the reference differ by 22.9"));
+  EXPECT_TRUE(
+      says(accuracy_lines(report), "strip 1: after the best alignment, 18 poses and the reference differ by 22.9"));
   report.strips[0].accuracy->rotation_rad.mean = 0.01;
   report.strips[0].accuracy->position.mean = 30;
   EXPECT_TRUE(says(accuracy_lines(report), "is the reference of this flight?"));
