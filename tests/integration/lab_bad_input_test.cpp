@@ -136,7 +136,7 @@ TEST_F(LabBadInput, ModelsAndStrips) {
     refused("rectify " + good_ + " " + good_ + " --model " + path("") + out_, 1, part);
   };
   refused("rectify " + good_ + " " + good_ + " --model " + path("none") + out_, 1, "cameras.txt");
-  model("1 1 0 0 0 0 0 0 1 other.png\n\n", "", "no image good.png");
+  model("1 1 0 0 0 0 0 0 1 other.png\n\n", "", "no image good.png: it has 1, among them other.png");
   model("1 1 0 0 0 0 0 0 2 good.png\n\n", "", "first camera");
   model("1 2 0 0 0 0 0 0 1 good.png\n\n", "", "unit length");
   model("1 1 0 0 0 0 0 nan 1 good.png\n\n", "", "finite");

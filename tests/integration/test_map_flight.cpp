@@ -219,6 +219,27 @@ TEST(MapFlight, TheGroundHasTheFixesAndFindsThemAgainInWhatCameDown) {
     EXPECT_NE(without.output.find(part), std::string::npos) << without.output;
   EXPECT_EQ(without.output.find("no_agreement"), std::string::npos) << without.output;
 
+  // Every tile damaged: many keyframes meet each of them.
+  const fs::path damaged = folder / "damaged";
+  fs::copy(flown().map, damaged, fs::copy_options::recursive);
+  for (const auto& tile : fs::directory_iterator(damaged)) {
+    if (tile.path().filename() == "directory.ilpm") continue;
+    std::fstream file_of_tile(tile.path(), std::ios::in | std::ios::out | std::ios::binary);
+    file_of_tile.seekp(40).put('\x5a').put('\xa5');
+  }
+  const test::ProgramResult hit =
+      test::run_program({ILP_GROUND, "map-check", flown().out.string(), damaged.string(), "--sun", "10,30"});
+  EXPECT_EQ(hit.exit_status, 0) << hit.output;
+  std::map<std::string, int> times;
+  std::istringstream lines(hit.output);
+  for (std::string line; std::getline(lines, line);) ++times[line];
+  std::size_t named = 0;
+  for (const auto& [line, number] : times) {
+    EXPECT_EQ(number, 1) << line;
+    named += line.find("record_damaged") != std::string::npos;
+  }
+  EXPECT_GE(named, 1U) << hit.output;
+
   const test::ProgramResult wrong =
       test::run_program({ILP_GROUND, "map-check", flown().out.string(), folder / "nothing"});
   EXPECT_EQ(wrong.exit_status, 1);

@@ -6,7 +6,7 @@
 
 namespace ilp {
 
-/// Where a minimisation stands between its steps, in addition to the problem itself.
+/// State of a minimisation between its steps, in addition to the problem itself.
 struct LevenbergMarquardt {
   double damping = 1e-4;  ///< times the diagonal of the normal equations; small, for starts near the minimum
   double damping_growth = 2;
@@ -22,7 +22,7 @@ struct TrialStep {
 };
 
 /// Tries one step of `problem`, whose cost is `state.cost`, and takes it where the cost falls. Problem provides
-///   bool try_step(double damping, TrialStep&);  // from where it stands, which it leaves; false without a solution
+///   bool try_step(double damping, TrialStep&);  // from the present estimate, which stays; false without a solution
 ///   void accept();                              // moves to where the last step led
 /// The state is done after `max_iterations`, with a damping beyond all use, or converged: when a step gains no more
 /// than the share `tolerance` of the cost, or promises no more and yet gains nothing, which is rounding. Damping after

@@ -44,11 +44,11 @@ double trust(double contrast) {
   return 1 / (1 + std::pow(faint_grey / std::max(contrast, 1e-3), 4));
 }
 
-/// A value for each piece, which changes linearly over it, from differences at meetings and from pulls.
+/// A value for each patch, which changes linearly over it, from differences at seams and from pulls.
 class Network {
  public:
   /// What misses by more than `usual` counts by its size, not by its square (Huber); a pull by more than `usual_pull`.
-  /// `share`: of the weight of a piece's meetings, for its pull. An error at one fades over 1 / sqrt(2 share) pieces.
+  /// `share`: of the weight of a patch's seams, for its pull. An error at one fades over 1 / sqrt(2 share) patches.
   /// `ramp_share`: the same for the pull of its ramp to none.
   Network(std::size_t patches, double usual, double usual_pull, double share, double ramp_share)
       : patches_(static_cast<Eigen::Index>(patches)),
@@ -59,7 +59,7 @@ class Network {
     wanted_.assign(patches, 0);
   }
 
-  /// A piece, and a place from its middle.
+  /// A patch, and a place from its middle.
   struct Place {
     Eigen::Index patch = 0;
     double right = 0, down = 0;
@@ -69,10 +69,10 @@ class Network {
   void add_difference(const Place& a, const Place& b, double cells, double trusted, double difference) {
     differences_.push_back({a, b, cells, trusted * cells, difference});
   }
-  /// The value that a weak pull takes the piece to.
+  /// The value that a weak pull takes the patch to.
   void pull(std::size_t patch, double wanted) { wanted_[patch] = wanted; }
 
-  /// Value, and its changes to the right and down, of each piece.
+  /// Value, and its changes to the right and down, of each patch.
   [[nodiscard]] std::vector<std::array<double, 3>> solve() const {
     constexpr int rounds = 8;
     std::vector<double> differences(differences_.size(), 1), pulls(wanted_.size(), 1);
@@ -139,7 +139,7 @@ class Network {
   std::vector<double> wanted_;
 };
 
-/// The pieces in the order of their ids, and what the map shows of them.
+/// The patches in the order of their ids, and what the map shows of them.
 class PatchTable {
  public:
   explicit PatchTable(const Patches& patches) {
@@ -168,7 +168,7 @@ class PatchTable {
   }
 
   [[nodiscard]] bool has(std::int64_t id) const { return places_.contains(id); }
-  [[nodiscard]] Network::Place place(std::int64_t id, const Meeting& m) const {
+  [[nodiscard]] Network::Place place(std::int64_t id, const SeamLevels& m) const {
     const Eigen::Index patch = places_.at(id);
     const auto& [column, row] = middles_[static_cast<std::size_t>(patch)];
     return {patch, (m.column - static_cast<double>(column)) / Balance::ramp_cells,
@@ -186,11 +186,11 @@ class PatchTable {
   std::vector<std::array<std::int64_t, 2>> middles_;
 };
 
-std::vector<double> gains_of(const PatchTable& table, const std::vector<Meeting>& meetings) {
+std::vector<double> gains_of(const PatchTable& table, const std::vector<SeamLevels>& seams) {
   constexpr double usual_miss = 0.15, usual_pull = 0.3, step = 1.0 / 16, no_ramp = 1e6;
   const double most = std::log(most_gain);
   Network network(table.size(), usual_miss, usual_pull, 1.0 / 4, no_ramp);
-  for (const Meeting& m : meetings) {
+  for (const SeamLevels& m : seams) {
     const double trusted = trust(std::min(m.first_level.spread, m.second_level.spread));
     const double least = faint_grey / 4;
     const double ratio = std::log(std::max(m.first_level.spread, least) / std::max(m.second_level.spread, least));
@@ -225,10 +225,6 @@ void GreyHistogram::add(std::uint8_t grey, std::uint32_t number) {
   }
 }
 
-void GreyHistogram::add(const GreyHistogram& other) {
-  for (const auto& [grey, number] : other.entries_) add(grey, number);
-}
-
 std::uint64_t GreyHistogram::count() const {
   std::uint64_t all = 0;
   for (const auto& [grey, number] : entries_) all += number;
@@ -244,7 +240,7 @@ void ShownPatch::add(const ShownPatch& other) {
   differences += other.differences;
 }
 
-void add_meeting(const ShownCell& a, const ShownCell& b, std::int64_t column, std::int64_t row, Seams& seams) {
+void add_seam_cell(const ShownCell& a, const ShownCell& b, std::int64_t column, std::int64_t row, Seams& seams) {
   // What is black or white has lost what it was.
   constexpr std::uint8_t darkest = 2, brightest = 253;
   if (std::min(a.grey, b.grey) < darkest || std::max(a.grey, b.grey) > brightest) return;
@@ -268,8 +264,8 @@ void add_seams(const GroundGrid& grid, const std::vector<std::int64_t>& keyframe
       if (grid.count.at(u, v) == 0) continue;
       const std::uint16_t a = grid.source.at(x, y), b = grid.source.at(u, v);
       if (a == b) return;
-      add_meeting({keyframes[a - 1U], grid.ortho.at(x, y)}, {keyframes[b - 1U], grid.ortho.at(u, v)}, corner.column + x,
-                  corner.row + y, seams);
+      add_seam_cell({keyframes[a - 1U], grid.ortho.at(x, y)}, {keyframes[b - 1U], grid.ortho.at(u, v)},
+                    corner.column + x, corner.row + y, seams);
       return;
     }
   };
@@ -305,11 +301,11 @@ void add_shown(const GroundGrid& grid, std::int32_t margin, std::vector<ShownPat
   }
 }
 
-std::vector<Meeting> meetings_of(const Seams& seams) {
+std::vector<SeamLevels> seam_levels_of(const Seams& seams) {
   constexpr std::uint64_t fewest = 20;
   // Ground looks different from elsewhere, however many cells show it.
   constexpr double many = 1000;
-  std::vector<Meeting> all;
+  std::vector<SeamLevels> all;
   for (const auto& [pair, greys] : seams) {
     const std::uint64_t count = greys.first.count();
     if (count < fewest) continue;
@@ -321,18 +317,18 @@ std::vector<Meeting> meetings_of(const Seams& seams) {
   return all;
 }
 
-std::map<std::int64_t, Balance> balance_patches(std::vector<Meeting> meetings, const Patches& patches) {
+std::map<std::int64_t, Balance> balance_patches(std::vector<SeamLevels> seams, const Patches& patches) {
   if (patches.empty()) return {};
   const PatchTable table(patches);
-  std::erase_if(meetings, [&](const Meeting& m) { return !table.has(m.first) || !table.has(m.second); });
+  std::erase_if(seams, [&](const SeamLevels& m) { return !table.has(m.first) || !table.has(m.second); });
   // Sums in one order whatever the order of the tiles was.
-  std::sort(meetings.begin(), meetings.end(), [](const Meeting& a, const Meeting& b) {
+  std::sort(seams.begin(), seams.end(), [](const SeamLevels& a, const SeamLevels& b) {
     return std::tie(a.first, a.second, a.column, a.row) < std::tie(b.first, b.second, b.column, b.row);
   });
-  const std::vector<double> gains = gains_of(table, meetings);
+  const std::vector<double> gains = gains_of(table, seams);
   constexpr double usual_miss_grey = 6, usual_pull_grey = 24, step_grey = 8;
   Network network(table.size(), usual_miss_grey, usual_pull_grey, 1.0 / 64, 1.0 / 50);
-  for (const Meeting& m : meetings) {
+  for (const SeamLevels& m : seams) {
     const Network::Place a = table.place(m.first, m), b = table.place(m.second, m);
     network.add_difference(a, b, m.cells, 1,
                            gains[static_cast<std::size_t>(a.patch)] * m.first_level.mean -

@@ -1,4 +1,4 @@
-// One brightness and one contrast for the pieces of a map.
+// One brightness and one contrast for the keyframes of an orthoimage.
 #pragma once
 
 #include <array>
@@ -37,7 +37,6 @@ class GreyHistogram {
   /// Entries as entries() gave them, in any order.
   explicit GreyHistogram(const std::vector<Entry>& entries);
   void add(std::uint8_t grey, std::uint32_t number);
-  void add(const GreyHistogram& other);
   [[nodiscard]] const std::vector<Entry>& entries() const { return entries_; }
   [[nodiscard]] std::uint64_t count() const;
 
@@ -45,7 +44,7 @@ class GreyHistogram {
   std::vector<Entry> entries_;
 };
 
-/// What two keyframes show of the ground where they meet.
+/// What two keyframes show of the ground that both show, or on both sides of their border.
 struct SeamGreys {
   GreyHistogram first, second;
   std::int64_t columns = 0, rows = 0;  ///< sums over the cells of `second`
@@ -54,15 +53,15 @@ struct SeamGreys {
 /// The key has both ids, the smaller one first.
 using Seams = std::map<std::pair<std::int64_t, std::int64_t>, SeamGreys>;
 
-/// What one keyframe shows of a piece of ground.
+/// What one keyframe shows of a cell of ground.
 struct ShownCell {
   std::int64_t keyframe = 0;
   std::uint8_t grey = 0;
 };
 
-/// Adds a piece of ground that two keyframes show, unless one of them shows it black or white.
+/// Adds a cell of ground that two keyframes show, unless one of them shows it black or white.
 /// Column and row are those of the world.
-void add_meeting(const ShownCell& a, const ShownCell& b, std::int64_t column, std::int64_t row, Seams& seams);
+void add_seam_cell(const ShownCell& a, const ShownCell& b, std::int64_t column, std::int64_t row, Seams& seams);
 
 /// Adds neighbouring measured cells of two keyframes, the left or upper one in columns [margin, width - margin), and in
 /// rows likewise; `keyframes` has the ids by source - 1.
@@ -74,7 +73,7 @@ struct GreyLevel {
 };
 
 /// How two keyframes show the same ground, about a place of the world.
-struct Meeting {
+struct SeamLevels {
   std::int64_t first = 0, second = 0;  ///< ids
   double column = 0, row = 0;
   double cells = 0;  ///< less than they are, where there are many
@@ -82,7 +81,7 @@ struct Meeting {
 };
 
 /// Those of enough cells, without a twentieth of the darkest and of the brightest.
-[[nodiscard]] std::vector<Meeting> meetings_of(const Seams& seams);
+[[nodiscard]] std::vector<SeamLevels> seam_levels_of(const Seams& seams);
 
 /// What the map shows of a keyframe, before the balance.
 struct ShownPatch {
@@ -98,14 +97,14 @@ inline constexpr std::int32_t contrast_cells = 8;
 /// Adds the cells and pairs as add_seams does; `shown` is by source - 1.
 void add_shown(const GroundGrid& grid, std::int32_t margin, std::vector<ShownPatch>& shown);
 
-/// Gain, offset and ramp of each keyframe, by robust least squares over all meetings: first contrasts, whose ratios are
-/// those of the spreads of grey of both, then brightnesses and ramps. A weak pull takes contrast and mean of each piece
+/// Gain, offset and ramp of each keyframe, by robust least squares over all seams: first contrasts, whose ratios are
+/// those of the spreads of grey of both, then brightnesses and ramps. A weak pull takes contrast and mean of each patch
 /// to those of the map, and its ramp to none. Seams alone err in one direction where images are darker or blurred at
 /// one edge, and this adds up along a strip. The map is for the eye: real differences over many keyframes are made
-/// smaller too. Gains lie within a factor of most_gain; ground of hardly any contrast, and a piece that meets no other
-/// one, keep their contrast. Over all cells the mean logarithm of the gains is 0 and the mean grey what it was, in a
+/// smaller too. Gains lie within a factor of most_gain; ground of hardly any contrast, and a patch without a seam,
+/// keep their contrast. Over all cells the mean logarithm of the gains is 0 and the mean grey what it was, in a
 /// map of 100 keyframes and more to within a thirty-second and 4.
-[[nodiscard]] std::map<std::int64_t, Balance> balance_patches(std::vector<Meeting> meetings,
+[[nodiscard]] std::map<std::int64_t, Balance> balance_patches(std::vector<SeamLevels> seams,
                                                               const std::map<std::int64_t, ShownPatch>& patches);
 inline constexpr double most_gain = 4;
 

@@ -59,8 +59,7 @@ void add_sample(const MapTile& tile, std::size_t i, std::size_t step, double cel
 
 constexpr std::size_t run = 8;
 
-/// Where the three runs of cells from `from` on, `step` apart, come from one keyframe, or from two that meet in the
-/// middle run; elsewhere none.
+/// Whether three runs of cells come from one keyframe, from two that meet in the middle run, or neither.
 enum class Runs { mixed, one, two };
 
 Runs runs_at(const MapTile& tile, std::size_t from, std::size_t step) {

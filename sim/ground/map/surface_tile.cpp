@@ -27,15 +27,15 @@ std::int32_t step_class(double cells) {
   return static_cast<std::int32_t>(std::floor(classes_per_octave * std::log2(std::max(cells, smallest_step))));
 }
 
-/// A cell that two pieces show.
+/// A cell that two patches show.
 struct SharedCell {
   std::size_t cell = 0;
   std::uint16_t first = 0, second = 0;  ///< sources
   std::uint8_t first_grey = 0, second_grey = 0;
 };
 
-/// Heights are the mean of all pieces; the image is that of the first piece alone, because a mean of images is blurred
-/// and has a border wherever a piece ends.
+/// Heights are the mean of all patches; the image is that of the first patch alone, because a mean of images is blurred
+/// and has a border wherever a patch ends.
 class TilePainter {
  public:
   explicit TilePainter(GroundGrid& grid)
@@ -243,7 +243,7 @@ std::int64_t first_cell(std::int32_t place) {
   return std::int64_t{place} * tile_side_cells - tile_margin_cells;
 }
 
-/// Laid ground of the pieces, where `area` has none that was measured.
+/// Laid ground of the patches, where `area` has none that was measured.
 LaidGround paint_laid(const GroundGrid& area, const std::vector<TilePatch>& patches) {
   GroundGrid laid(area.x0, area.y0, area.cell, area.height.width, area.height.height);
   TilePainter painter(laid);
@@ -283,10 +283,10 @@ SurfaceTile paint_tile(const intake::TilePlace& place, double cell, const std::v
   add_seams(area, summary.keyframes, tile_margin_cells, summary.seams);
   const std::int64_t left = first_cell(place.column), top = first_cell(place.row);
   for (const SharedCell& m : painter.shared_cells) {
-    const auto side_cells = static_cast<std::size_t>(side);
-    add_meeting({summary.keyframes[m.first - 1U], m.first_grey}, {summary.keyframes[m.second - 1U], m.second_grey},
-                left + static_cast<std::int64_t>(m.cell % side_cells),
-                top + static_cast<std::int64_t>(m.cell / side_cells), summary.seams);
+    constexpr auto side_cells = static_cast<std::size_t>(side);
+    add_seam_cell({summary.keyframes[m.first - 1U], m.first_grey}, {summary.keyframes[m.second - 1U], m.second_grey},
+                  left + static_cast<std::int64_t>(m.cell % side_cells),
+                  top + static_cast<std::int64_t>(m.cell / side_cells), summary.seams);
   }
   summary.shown.assign(summary.keyframes.size(), {});
   add_shown(area, tile_margin_cells, summary.shown);

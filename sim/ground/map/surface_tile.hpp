@@ -1,4 +1,4 @@
-// One tile of a strip's map: painted from the pieces of the keyframes that touch it, and kept as bytes.
+// One tile of a strip's map: painted from the patches of the keyframes that touch it, and kept as bytes.
 #pragma once
 
 #include <algorithm>
@@ -21,7 +21,7 @@
 namespace ilp::map {
 
 inline constexpr std::int32_t tile_side_cells = 256;
-/// A painted tile has this many cells more on each side, so that its pieces can be blended without its neighbours.
+/// A painted tile has this many cells more on each side, so that its patches can be blended without its neighbours.
 inline constexpr std::int32_t tile_margin_cells = std::max(seam_reach_cells, blend_reach_cells);
 inline constexpr std::int32_t painted_side_cells = tile_side_cells + 2 * tile_margin_cells;
 
@@ -52,13 +52,13 @@ struct SurfaceTile {
   MapTile cells;  ///< with the margin; column and row 0; source by summary.keyframes
 };
 
-/// Paints the pieces in the order given, with rising ids. Seams are closed; exposures are not balanced, and pieces not
-/// blended yet.
+/// Paints the patches in the order given, with rising ids. Seams are closed; exposures are not balanced, and patches
+/// not blended yet.
 [[nodiscard]] SurfaceTile paint_tile(const intake::TilePlace& place, double cell,
                                      const std::vector<TilePatch>& patches);
 
-/// Balances the grey of each keyframe (by source - 1), blends the pieces of a painted tile, laid ground among them, and
-/// cuts the margin off.
+/// Balances the grey of each keyframe (by source - 1), blends the patches of a painted tile, laid ground among them,
+/// and cuts the margin off.
 [[nodiscard]] MapTile finish_tile(const intake::TilePlace& place, const MapTile& painted,
                                   const std::vector<Balance>& balance, double cell);
 
@@ -69,9 +69,9 @@ struct SurfaceTile {
 /// `side` cells each way.
 [[nodiscard]] std::optional<MapTile> cells_from(std::span<const std::uint8_t> bytes, std::int32_t side);
 
-// Caches pieces of surface for the tiles that are being painted; a piece is made when it is first needed.
+// Caches patches of surface for the tiles that are being painted; a patch is made when it is first needed.
 
-/// Holds the most recently used pieces that fit into `bytes`. Several threads may call it at once.
+/// Holds the most recently used patches that fit into `bytes`. Several threads may call it at once.
 class PatchCache {
  public:
   PatchCache(const intake::Flight& flight, std::size_t bytes) : flight_(flight), budget_(bytes) {}

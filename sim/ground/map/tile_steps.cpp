@@ -50,8 +50,8 @@ void MapTotals::take(TileSummary& summary) {
     if (summary.shown[i].cells == 0) continue;
     patches[summary.keyframes[i]].add(summary.shown[i]);
   }
-  const std::vector<Meeting> own = meetings_of(summary.seams);
-  meetings.insert(meetings.end(), own.begin(), own.end());
+  const std::vector<SeamLevels> own = seam_levels_of(summary.seams);
+  seam_levels.insert(seam_levels.end(), own.begin(), own.end());
   for (const auto& [step_class, number] : summary.steps) steps[step_class] += number;
   summary.seams = {};
   summary.steps = {};
@@ -62,7 +62,7 @@ void MapTotals::take(TileSummary& summary) {
 std::map<std::int64_t, Balance> map_balance(const MapTotals& totals) {
   if (totals.patches.size() < 2) return {};
   constexpr double gain_steps = 1024, offset_steps = 16;
-  std::map<std::int64_t, Balance> balance = balance_patches(totals.meetings, totals.patches);
+  std::map<std::int64_t, Balance> balance = balance_patches(totals.seam_levels, totals.patches);
   for (auto& [id, one] : balance) {
     one.gain = std::exp(std::round(gain_steps * std::log(one.gain)) / gain_steps);
     one.offset = std::round(offset_steps * one.offset) / offset_steps;

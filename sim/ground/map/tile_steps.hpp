@@ -29,14 +29,14 @@ struct TileFinish {
 
 /// What the whole map needs of its tiles. The order in which tiles are taken makes no difference.
 struct MapTotals {
-  std::vector<Meeting> meetings;
+  std::vector<SeamLevels> seam_levels;
   std::map<std::int64_t, ShownPatch> patches;   ///< by keyframe
   std::map<std::int32_t, std::uint64_t> steps;  ///< of TileSummary
   /// The summary loses its seams and steps, which take most of its memory.
   void take(TileSummary& summary);
 };
 
-/// By keyframe; none in a map of one piece, which is shown as it is.
+/// By keyframe; none in a map of one patch, which is shown as it is.
 [[nodiscard]] std::map<std::int64_t, Balance> map_balance(const MapTotals& totals);
 
 /// The tiles that are not empty, in the order of the plan; `summaries` are in its order too.

@@ -72,7 +72,8 @@ std::optional<DepthAccuracy> compare_depth(const host::Raster<float>& inverse_de
 std::string foreign_reference(std::size_t poses, double rotation_deg, double position_percent) {
   // Many times what the worst flight has against its own reference.
   constexpr double most_rotation_deg = 10, most_position_percent = 10;
-  if (poses < fewest_poses || (rotation_deg < most_rotation_deg && position_percent < most_position_percent)) return "";
+  const bool fits = !(rotation_deg >= most_rotation_deg || position_percent >= most_position_percent);
+  if (poses < fewest_poses || fits) return "";
   return "after the best alignment, " + host::counted(poses, "pose") + " and the reference differ by " +
          host::brief(rotation_deg) + " degrees and " + host::brief(position_percent) +
          " % of the distance flown (means): is the reference of this flight?";

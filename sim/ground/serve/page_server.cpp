@@ -153,8 +153,10 @@ MHD_Result PageServer::Inside::on_request(void* self, MHD_Connection* connection
   try {
     if (*context == nullptr) {
       const auto refused = server.refuse_by_headers(connection, path, method);
-      if (refused) server.places.answer(ConnectionPlaces::of(connection));
-      if (refused) return *refused;
+      if (refused) {
+        server.places.answer(ConnectionPlaces::of(connection));
+        return *refused;
+      }
       *context = new std::string;
       return MHD_YES;
     }

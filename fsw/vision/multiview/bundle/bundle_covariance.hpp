@@ -34,8 +34,8 @@ struct BundleCovariance {
   std::array<std::uint16_t, limits::max_bundle_cameras> free_camera{};   ///< indices into BundleProblem::cameras
   std::array<std::uint16_t, limits::max_bundle_cameras> fixed_camera{};  ///< same
   /// The factor between S^-1 and the covariance, px^2: the variance of a residual coordinate, with
-  /// Huber's correction if the adjustment was robust. Simulated errors agree within 10 % of sigma, with a loss of 2.5
-  /// times the noise within 15 %; with one as small as the noise they are up to 1.5 times as large.
+  /// Huber's correction if the adjustment was robust. Simulated errors agree within 10 % of sigma, with a loss whose
+  /// scale is 2.5 times the noise within 15 %; with a scale as small as the noise they are up to 1.5 times as large.
   double variance = 0;
   /// 6n x 6n, row-major without gaps, for n free cameras, as if the fixed cameras were without error. A held distance
   /// also counts as exact: there is no variance along the line between its two cameras.

@@ -37,7 +37,7 @@ std::map<std::int64_t, Balance> balance_of(const GroundGrid& grid, const std::ve
   add_shown(grid, 0, shown);
   std::map<std::int64_t, ShownPatch> patches;
   for (std::size_t i = 0; i < keyframes.size(); ++i) patches[keyframes[i]] = shown[i];
-  return balance_patches(meetings_of(seams), patches);
+  return balance_patches(seam_levels_of(seams), patches);
 }
 
 std::vector<std::int64_t> ids_of(std::int32_t patches) {
@@ -187,7 +187,7 @@ TEST(Balance, AKeyframeAtTheEndOfALongStripDoesNotChangeItsBeginning) {
         greys.second.add(static_cast<std::uint8_t>(70 + 13 * (id % 5) + id % 3 + k), 10);
       }
     }
-    return balance_patches(meetings_of(seams), patches);
+    return balance_patches(seam_levels_of(seams), patches);
   };
   for (const std::int64_t keyframes : {200, 500}) {
     const auto before = balance_with(keyframes), after = balance_with(keyframes + 1);
@@ -259,7 +259,7 @@ TEST(Balance, ALongBorderDoesNotOverruleShortOnes) {
   };
   const ShownPatch patch{.cells = 30000, .grey = 3300000, .pairs = 1000, .differences = 9000};
   const auto balance = balance_patches(
-      meetings_of({{{1, 2}, seam_of(40000, 0)}, {{2, 3}, seam_of(2000, 12)}, {{1, 3}, seam_of(2000, 0)}}),
+      seam_levels_of({{{1, 2}, seam_of(40000, 0)}, {{2, 3}, seam_of(2000, 12)}, {{1, 3}, seam_of(2000, 0)}}),
       {{1, patch}, {2, patch}, {3, patch}});
   EXPECT_GT(balance.at(2).of(110) - balance.at(1).of(110), 2) << "the long border takes part of what is missing";
 }
@@ -267,13 +267,13 @@ TEST(Balance, ALongBorderDoesNotOverruleShortOnes) {
 TEST(Balance, AKeyframeThatIsBrighterFromOneSideMeetsItsNeighbourAllAlongTheirBorder) {
   // Two pieces of 500 rows share a column; the second one shows 15 more above and 15 less below.
   const auto meeting = [](double row, double brighter) {
-    return Meeting{.first = 1,
-                   .second = 2,
-                   .column = 100,
-                   .row = row,
-                   .cells = 500,
-                   .first_level = {120, 20},
-                   .second_level = {120 + brighter, 20}};
+    return SeamLevels{.first = 1,
+                      .second = 2,
+                      .column = 100,
+                      .row = row,
+                      .cells = 500,
+                      .first_level = {120, 20},
+                      .second_level = {120 + brighter, 20}};
   };
   const auto patch = [](std::int64_t column) {
     return ShownPatch{
@@ -302,7 +302,7 @@ TEST(Balance, BlackAndWhiteCellsAndShortSeamsSayNothing) {
     greys.first.add(100, cells);
     greys.second.add(140, cells);
     const ShownPatch patch{.cells = 1000, .grey = 120000};
-    return balance_patches(meetings_of({{{1, 2}, greys}}), {{1, patch}, {2, patch}}).at(1).offset;
+    return balance_patches(seam_levels_of({{{1, 2}, greys}}), {{1, patch}, {2, patch}}).at(1).offset;
   };
   EXPECT_NEAR(offset_of(19), 0, 1e-9);
   EXPECT_GT(offset_of(20), 5);

@@ -50,6 +50,9 @@ TEST(AccuracySummary, AReferenceOfAnotherFlightIsNamed) {
   report.strips[0].accuracy->rotation_rad.mean = 0.01;
   report.strips[0].accuracy->position.mean = 30;
   EXPECT_TRUE(says(accuracy_lines(report), "is the reference of this flight?"));
+  report.strips[0].accuracy->length = 0;
+  EXPECT_FALSE(says(accuracy_lines(report), "is the reference of this flight?")) << "hovers: no share is known";
+  report.strips[0].accuracy->length = 200;
   report.strips[0].accuracy->poses = 3;
   EXPECT_FALSE(says(accuracy_lines(report), "is the reference of this flight?")) << "too few to tell";
 }
