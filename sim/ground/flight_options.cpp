@@ -7,7 +7,8 @@ void add_flight_options(CLI::App& app, GroundOptions& options) {
   app.add_option("--score", options.score,
                  "score.json of ilp-score; the report then compares the flight with the truth");
   app.add_option("--anchor", options.anchor, "JSON file that says on which body and where the strips were flown");
-  app.add_option("--map", options.map, "folder of the map that the flight carried: the report shows its fixes on it");
+  app.add_option("--map", options.map,
+                 "folder of the orbiter's map that the flight carried: the report draws the fixes on this map");
   app.add_option(
       "--landing-sites", options.landing,
       "FOOTPRINT_M[,SLOPE_DEG,STEP_M] of a lander: maps of slope, roughness, largest step and probability of "

@@ -50,14 +50,16 @@ void add_sources(CLI::App& app, Words& words, maps::MapTilesOptions& options) {
 }
 
 void add_numbers(CLI::App& app, Words& words, maps::MapTilesOptions& options) {
-  app.add_option("--pixel", options.pixel_m, "metres per pixel: about 4.5 pixels of the flight's images")
+  app.add_option("--pixel", options.pixel_m,
+                 "ground size of a pixel of the map, m: about 4.5 times that of the flight's images")
       ->required()
       ->check(CLI::Range(0.001, 100000.0));
-  app.add_option("--coarse", options.coarse, "pixel of the second layer over that of the first; 1: one layer")
+  app.add_option("--coarse", options.coarse,
+                 "ratio of the pixel size of the second layer to that of the first; 1: no second layer")
       ->check(CLI::Range(1, 64));
   app.add_option("--place-sigma", words.place_sigma_m,
-                 "how far the whole map may be off on the body, one sigma per axis, m (default: 0; with --from that of "
-                 "the flight's model)")
+                 "how far the whole map may be off on the body, one sigma per axis, m (default: 0; with --from the "
+                 "error of the flight's model)")
       ->check(CLI::Range(0.0, 1e6));
   app.add_option("--height-sigma", options.height_sigma_m, "error of the heights, one sigma, m (default: 0.3 pixels)")
       ->check(CLI::Range(0.0, 1e5));

@@ -44,7 +44,7 @@ void set_coefficients(const std::vector<double>& d, Lens lens, const std::string
   const std::size_t counts[] = {0, 4, 5, 8, 12, 14};
   if (std::ranges::find(counts, d.size()) == std::end(counts)) {
     throw std::runtime_error(key + " has " + counted(d.size(), "number") +
-                             ": expected k1 k2 p1 p2, with k3, or with k3 k4 k5 k6");
+                             ": OpenCV's lens has 0, 4 (k1 k2 p1 p2), 5 (and k3), 8 (and k4 k5 k6), 12 or 14");
   }
   double* const members[] = {&camera.k1, &camera.k2, &camera.p1, &camera.p2,
                              &camera.k3, &camera.k4, &camera.k5, &camera.k6};

@@ -153,7 +153,8 @@ int run(CommandLine& line) {
   }
   if (line.recorded() && line.scenario.frames) {
     throw host::WrongUsage(
-        "--frames is the number of frames of a simulated flight, and recorded images all fly: leave it out, or put "
+        "--frames is the number of frames of a simulated flight, and all recorded images are flown: leave it out, or "
+        "put "
         "fewer images into the folder");
   }
   check_reference(line);
@@ -161,7 +162,8 @@ int run(CommandLine& line) {
   SourceOptions& source = line.source;
   FlightOptions& flight = line.flight;
   if (flight.linked() && !flight.real_time)
-    throw host::WrongUsage("a link to the outside runs in the time of the outside: --real-time is needed with it");
+    throw host::WrongUsage(
+        "the other end of a link runs on the real clock: --link-udp, --link-tcp and --cfdp-udp need --real-time");
   source.scenario = scenario_of(line);
   flight.faults = fault_plan(source.scenario);
   if (!line.recorded() && !flight.resume) world::check_scenario(source.scenario);

@@ -373,7 +373,8 @@ GeographicFromMap::GeographicFromMap(const Georeference& place) : centre_deg_(pl
   const host::GdalSession gdal;
   const OGRSpatialReference map = crs_of(place.crs), geographic = crs_of(place.geographic);
   transformation_ = OGRCreateCoordinateTransformation(&map, &geographic);
-  if (!transformation_) throw host::gdal_error("no way from the map to longitude and latitude");
+  if (!transformation_)
+    throw host::gdal_error("the coordinate system of the map cannot be transformed to longitude and latitude");
 }
 
 GeographicFromMap::~GeographicFromMap() {

@@ -71,9 +71,9 @@ Json keyframe_json(const KeyframeFix& one) {
   return json;
 }
 
-std::string off(const char* what, const host::ErrorSummary& distances) {
-  return std::string(what) + " " + host::brief(distances.median) + " m in the median, " + host::brief(distances.max) +
-         " m at most";
+std::string residuals(const char* of_what, const host::ErrorSummary& distances) {
+  return std::string("residuals of ") + of_what + ": median " + host::brief(distances.median) + " m, largest " +
+         host::brief(distances.max) + " m";
 }
 
 /// "3 no_agreement (too few patches of the keyframe agree on one place)"
@@ -122,12 +122,11 @@ std::vector<std::string> lines_of(const FixSummary& summary) {
   for (const StripFixes& strip : summary.strips) {
     const std::string name = "Strip " + std::to_string(strip.strip_id) + ": ";
     if (strip.off_by_vehicle.count > 0)
-      lines.push_back(name + off("by the vehicle alone the ground would be off by", strip.off_by_vehicle));
+      lines.push_back(name + residuals("the fixes, placed by the vehicle alone", strip.off_by_vehicle));
     if (strip.off_by_first.count > 0)
-      lines.push_back(name +
-                      off("by its first fixes and the images alone, later ground would be off by", strip.off_by_first));
+      lines.push_back(name + residuals("later fixes, placed by the first fixes and the images", strip.off_by_first));
     if (strip.off_by_all.count > 0)
-      lines.push_back(name + off("where all its fixes put it, the ground is still off by", strip.off_by_all));
+      lines.push_back(name + residuals("the fixes, placed by all of them", strip.off_by_all));
   }
   return lines;
 }

@@ -82,8 +82,8 @@ void check_pixel(const MapTilesOptions& options, const MappedRaster& image) {
 Sun sun_by_calendar(const char* option, double days, const MapPlane& plane, double ambient) {
   if (plane.body == Body::none) {
     throw std::runtime_error(std::string(option) +
-                             ": where the sun stands at a time depends on the body, and the rasters state none: "
-                             "AZIMUTH,ELEVATION expected");
+                             ": a date gives the direction of the sun only on a known body, and the rasters name no "
+                             "body. Give AZIMUTH,ELEVATION instead");
   }
   const SunPlace sun =
       sun_over(subsolar_point(plane.body, days), plane.longitude_deg * radians, plane.latitude_deg * radians);

@@ -236,8 +236,8 @@ std::vector<std::string> lines_of(const MapSummary& summary) {
     lines.push_back("warning: the image is " + host::fixed(100 * (summary.roughness_left - 1), 0) +
                     " % rougher without its shading: check --sun, and that image and heights fit");
   } else if (summary.roughness_left < 1) {
-    lines.push_back("without its shading the image has " + host::fixed(100 * summary.roughness_left, 0) +
-                    " % of its contrast");
+    lines.push_back("without its shading the image is " + host::fixed(100 * summary.roughness_left, 0) +
+                    " % as rough as with it");
   }
   std::ostringstream id;
   id << std::hex << summary.id;

@@ -114,8 +114,9 @@ int serve_main(int argc, char** argv) {
       "page only shows the flight; with --commands it has a panel that operates it (docs/serve.md)",
       "ilp-ground serve flight --listen 127.0.0.1:8080", "Exit status: 1 the work could not be done, 2 wrong call");
   Options options;
-  app.add_option("flight", options.flight,
-                 "folder in which the files arrive, or the folder of a flight with its outbox")
+  app.add_option(
+         "flight", options.flight,
+         "folder into which the flight's files are received, or the folder of a flight, which contains `outbox`")
       ->required();
   app.add_option("--out", options.ground.out,
                  "folder for the results (default: `ground` beside an outbox, else the folder's name with -ground)");
@@ -127,7 +128,7 @@ int serve_main(int argc, char** argv) {
   app.add_option(
       "--commands", options.link.address,
       "ADDRESS:PORT at which the flight listens for commands: the page then has a panel for them, which asks "
-      "for a token (default: it has none)");
+      "for a token (default: no panel)");
   app.add_option("--token-file", options.token_file,
                  "file with the token that the panel of commands asks for (default: the variable ILP_COMMAND_TOKEN)");
   app.add_flag("--commands-from-other-computers", options.open_commands,

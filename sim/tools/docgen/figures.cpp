@@ -39,7 +39,7 @@ std::string title(const Json& column) {
 std::string table(const Json& figures) {
   std::string text;
   for (const Json& line : figures.at("command")) text += "    " + line.get<std::string>() + "\n";
-  if (text.empty()) throw std::runtime_error("it has no command");
+  if (text.empty()) throw std::runtime_error("\"command\" is empty: name the commands that measure the figures");
   Cells titles;
   for (const Json& column : figures.at("columns")) titles.push_back(title(column));
   text += "\n" + table_row(titles) + "|";
@@ -47,7 +47,7 @@ std::string table(const Json& figures) {
   text += "\n";
   for (const Json& row : figures.at("rows")) {
     if (row.size() != titles.size())
-      throw std::runtime_error("the row " + row.dump() + " has not a text for each column");
+      throw std::runtime_error("the row " + row.dump() + " must have one text for each column");
     Cells cells;
     for (const Json& text_of_cell : row) cells.push_back(cell(text_of_cell));
     text += table_row(cells);

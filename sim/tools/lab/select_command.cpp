@@ -531,7 +531,7 @@ Json json_of(const std::vector<FrameChoice>& choices, const MissionParameters& m
 }
 
 Json run_select(const SelectOptions& options, int repeat) {
-  if (repeat > 1) throw UsageError("select times nothing: expected no --repeat");
+  if (repeat > 1) throw UsageError("select does not measure time: leave --repeat out");
   if (options.list && options.json) throw UsageError("expected at most one of --list and --json");
   const MissionParameters mission = mission_for(options);
   const auto images = open_images(options);

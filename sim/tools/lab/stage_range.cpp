@@ -44,7 +44,7 @@ StageRange::StageRange(const std::vector<std::string>& names, const StageWorld& 
     objects_.emplace_back(stage.component, world, *memory_);
     components_.push_back(&objects_.back().component());
   }
-  if (stages_.size() != names.size()) throw std::invalid_argument("a name is of no stage, or stands there twice");
+  if (stages_.size() != names.size()) throw std::invalid_argument("the name of a stage is unknown, or given twice");
   executive_ = std::make_unique<Executive>(stages_, components_, world.store, world.clock);
 }
 

@@ -184,9 +184,9 @@ void add_light(CLI::App& app, WorldMapOptions& options) {
 
 void add_world_map_command(Lab& lab) {
   const auto options = std::make_shared<WorldMapOptions>();
-  CLI::App& app = lab.add("world-map", "the map of a simulated world that an orbiter would have made, for a flight",
-                          "mars-plains --area=-500,-500,1500,1500 --pixel 2 --out map",
-                          [options](int) { return run_world_map(*options); });
+  CLI::App& app = lab.add(
+      "world-map", "makes the map that an orbiter would have made of a simulated world, for a flight to carry",
+      "mars-plains --area=-500,-500,1500,1500 --pixel 2 --out map", [options](int) { return run_world_map(*options); });
   app.add_option("SCENARIO", options->scenario, "preset or scenario file");
   app.add_option("--set", options->set, "section.name=value: another value of the scenario");
   app.add_option("--area", options->area, "WEST,SOUTH,EAST,NORTH of the world, m")
@@ -194,7 +194,8 @@ void add_world_map_command(Lab& lab) {
       ->delimiter(',')
       ->expected(4);
   app.add_option("--pixel", options->map.pixel_m, "metres per pixel")->required()->check(finite_in(1e-3, 1e5));
-  app.add_option("--coarse", options->coarse, "pixel of the second layer over that of the first; 1: one layer")
+  app.add_option("--coarse", options->coarse,
+                 "ratio of the pixel size of the second layer to that of the first; 1: no second layer")
       ->check(CLI::Range(1, 16));
   add_light(app, *options);
   app.add_option("--body", options->body, "body that the map states")

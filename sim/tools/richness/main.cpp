@@ -97,10 +97,10 @@ int main(int argc, char** argv) {
         ->check(CLI::Range(1, 1000));
     add("tune", "fits halves and weights for a mission file; needs --set tuning", "tune --set tuning", run_tune);
     CLI::App* sheet =
-        add("sheet", "newly seen strips in the order of their index", "sheet --out sheet.png",
+        add("sheet", "newly seen parts of images in the order of their richness index", "sheet --out sheet.png",
             [](const Options& o) { write_contact_sheet(o.out, o.range(), o.params(), o.count, o.threads); });
     sheet->add_option("--out", options.out, "PNG file to write")->required();
-    sheet->add_option("--count", options.count, "number of strips shown")->check(CLI::Range(1, 400));
+    sheet->add_option("--count", options.count, "number of parts shown")->check(CLI::Range(1, 400));
     app.set_version_flag("--version", ilp::host::version_line("ilp-richness"));
     if (const auto end = ilp::host::read_command_line(app, argc, argv)) return *end;
     return 0;

@@ -276,7 +276,7 @@ TEST_F(MapTiles, TheShadingOfTheHeightsIsDividedOut) {
     return std::max(east[1] - east[0], west[1] - west[0]);
   };
   std::ostringstream messages;
-  EXPECT_NE(make_map_tiles(options_, messages)[1].find("% of its contrast"), std::string::npos);
+  EXPECT_NE(make_map_tiles(options_, messages)[1].find("% as rough as with it"), std::string::npos);
   options_.sun_azimuth_deg = 45;
   EXPECT_NE(make_map_tiles(options_, messages)[1].find("rougher without its shading: check --sun"), std::string::npos);
   options_.sun_azimuth_deg = 225;
