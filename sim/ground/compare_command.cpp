@@ -34,8 +34,8 @@ int compare_main(int argc, char** argv) {
       ->check(CLI::Range(1.0, 89.9));
   auto* const poses = app.add_option(
       "--poses", options.frame.poses,
-      "poses of the flight's images in the coordinates of the other model, in the format of --reference: places a map "
-      "that is in the axes of its strip");
+      "poses of the flight's images in the coordinates of the other model, in the format of --reference: aligns a map "
+      "that has only the coordinates of its strip");
   app.add_flag("--same-axes", options.frame.same_axes,
                "both models have the same coordinates, whatever the files state")
       ->excludes(poses);

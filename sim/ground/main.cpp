@@ -70,7 +70,8 @@ int work_main(int argc, char** argv) {
   if (const auto end = ilp::host::read_command_line(app, argc, argv)) return *end;
   try {
     const tasks::WorkDone done = tasks::do_work(package, out, params);
-    std::cout << host::counted(done.items, "piece") << " of work done, " << done.before << " of them before\n";
+    std::cout << host::counted(done.items, "piece") << " of work done, " << done.before
+              << " of them by an earlier run\n";
     return 0;
   } catch (const map::DamagedCatalogue& part) {
     std::cerr << "ilp-ground: " << package << " is damaged: " << part.what() << "; plan the work again\n";
@@ -200,7 +201,7 @@ int run(int argc, char** argv) {
                             ->check(CLI::Range(100, 100000000));
   std::string keep = "all";
   app.add_option("--keep", keep,
-                 "all, or maps: not what other files have already (PFM, model.ply, the catalogue), and a "
+                 "all, or maps: leaves out what other files contain already (PFM, model.ply, the catalogue), and a "
                  "surface of 80 000 vertices")
       ->check(CLI::IsMember({"all", "maps"}));
   std::string holes = "laid";
@@ -210,7 +211,7 @@ int run(int argc, char** argv) {
       ->check(CLI::IsMember({"laid", "open"}));
   int follow_s = 0;
   app.add_option("--follow", follow_s,
-                 "seconds between two looks for new files; the program then runs until it is ended")
+                 "seconds between two searches for new files; the program then runs until it is ended")
       ->check(CLI::Range(1, 86400))
       ->default_str("");
   std::string planned;

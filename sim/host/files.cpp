@@ -17,7 +17,7 @@ namespace ilp::host {
 namespace fs = std::filesystem;
 
 std::string write_failure(int cause) {
-  if (cause == ENOSPC || cause == EDQUOT) return "the disk is full: make room, or name a folder on another disk";
+  if (cause == ENOSPC || cause == EDQUOT) return "the disk is full: free space, or name a folder on another disk";
   if (cause == EACCES || cause == EPERM || cause == EROFS) return "no permission to write there: name another folder";
   return (cause != 0 ? std::strerror(cause) : std::string("it failed")) +
          "; check the folder's permissions and free space";

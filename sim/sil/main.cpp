@@ -50,7 +50,7 @@ void describe_options(CLI::App& app, CommandLine& line) {
   app.add_option(
       "--scenario", scenario.scenario,
       "simulated flight: a name of --list-scenarios or a file (" + std::string(world::default_scenario) + ")");
-  app.add_option("--set", scenario.set, "section.name=value: changes the scenario; may be given often")
+  app.add_option("--set", scenario.set, "section.name=value: changes the scenario; may be repeated")
       ->allow_extra_args(false);
   app.add_option("--seed", scenario.seed, "seed of the world, the wind, the sensor noise and every random choice");
   app.add_option("--frames", scenario.frames, "number of frames of the simulated flight");
@@ -66,7 +66,7 @@ void describe_options(CLI::App& app, CommandLine& line) {
                  "intrinsics: COLMAP's cameras.txt, or YAML of OpenCV, ROS or Kalibr; without them the flight "
                  "estimates them from the images, which works over relief only");
   app.add_option("--reference", line.reference,
-                 "reference poses, with which others compare the flight; only checked here, before it begins");
+                 "reference poses for ilp-score and ilp-ground; ilp-sil only checks them before the flight");
   app.add_option("--navigation", source.navigation, "the vehicle's measurements, a CSV file (docs/navigation.md)");
   app.add_option("--map", flight.map, "folder with the tiles of an orbiter's map (docs/map-relative.md)");
   app.add_option("--exif-sigma", source.exif_sigma_m,
@@ -74,11 +74,11 @@ void describe_options(CLI::App& app, CommandLine& line) {
       ->check(CLI::Range(0.0, 10000.0));
   app.add_flag(
       "--exif-oblique", source.exif_oblique,
-      "images with positions in EXIF do not look straight down: their positions alone say what is up, if they can");
+      "images with positions in EXIF do not look straight down: the vertical is estimated from their positions alone");
   app.add_option("--mission", flight.mission_file, "mission parameters, an .ini file");
   app.add_option(
       "--telecommands", flight.telecommands,
-      "file of telecommands, one a line: SENT_S capture AT_S, SENT_S place LONGITUDE LATITUDE METRES, or SENT_S "
+      "file of telecommands, one per line: SENT_S capture AT_S, SENT_S place LONGITUDE LATITUDE METRES, or SENT_S "
       "refine KEYFRAME; times in seconds");
   app.add_option("--out", source.out, "folder for everything that the flight leaves");
   app.add_option("--threads", source.threads, "number of threads that render; 0: one per core");
@@ -92,7 +92,7 @@ void describe_options(CLI::App& app, CommandLine& line) {
       "and flies until SIGTERM (docs/links.md)");
   app.add_option(
       "--link-udp-peer", flight.link_udp_peer,
-      "ADDRESS:PORT of the only station that is sent to; without it all stations are that have sent something");
+      "ADDRESS:PORT of the only station that telemetry goes to (default: every station that has sent something)");
   app.add_option("--link-tcp", flight.link_tcp, "ADDRESS:PORT: the same over TCP");
   app.add_option("--cfdp-udp", flight.cfdp_udp,
                  "ADDRESS:PORT: CFDP PDUs are sent bare on this port, not in space packets");
@@ -138,7 +138,8 @@ MissionParameters mission_over(const CommandLine& line, const world::Scenario& s
   mission.map_sun_azimuth_rad = std::remainder(scenario.world.sun_azimuth_rad, 2 * pi);
   mission.map_sun_elevation_rad = scenario.world.sun_elevation_rad;
   if (scenario.flight.passes > 1 && scenario.flight.pass_sun_azimuth_rad != 0)
-    std::cerr << "The sun turns from pass to pass: the flight over the map is told that of the first pass\n";
+    std::cerr
+        << "The direction of the sun differs between passes: the flight uses that of the first pass for its map\n";
   return mission;
 }
 

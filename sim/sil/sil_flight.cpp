@@ -271,8 +271,8 @@ void Flight::end_standstill() {
   std::error_code error;
   const fs::space_info space = fs::space(out_, error);
   if (!error && space.available < least_free_bytes) {
-    throw std::runtime_error("the flight stands still because the disk of " + out_.string() +
-                             " is full: make room, and go on with --resume");
+    throw std::runtime_error("the flight has stopped because the disk of " + out_.string() +
+                             " is full: free space, and continue with --resume");
   }
   std::string faults;
   for (const Stage& stage : schedule) {
@@ -280,7 +280,7 @@ void Flight::end_standstill() {
     if (stats.faults == 0) continue;
     faults += (faults.empty() ? "" : ", ") + std::string(stage.name) + " " + std::to_string(stats.faults);
   }
-  throw std::runtime_error("the flight stands still: the images have ended, and the flight software finds no end (" +
+  throw std::runtime_error("the flight does not end: the images have ended, but its stages still have work (" +
                            (faults.empty() ? "no component reports faults" : "faults: " + faults) +
                            "); the events in flight.db say more");
 }
@@ -303,7 +303,7 @@ void Flight::run() {
       host::require(executive().end(), "writing the housekeeping");
       software_->configuration().end_in_order(clock_.now());
       if (software_->configuration().restart_wanted())
-        std::cerr << "ilp-sil: parameters were abandoned that act with the next start: go on with --resume\n";
+        std::cerr << "ilp-sil: parameters that take effect at a start were reverted: continue with --resume\n";
       break;
     }
     if (!options_.linked()) {
@@ -347,7 +347,7 @@ int fly(const FlightOptions& options, const MissionParameters& mission, ImageSou
   flight_has_begun(out);
   if (options.linked()) {
     std::cerr
-        << "ilp-sil: the flight goes on behind its last image, because telecommands may still come: Ctrl-C, or kill "
+        << "ilp-sil: the flight continues after its last image, because telecommands may still come: Ctrl-C, or kill "
         << getpid() << ", ends it in order\n";
   }
   flight.run();

@@ -185,12 +185,12 @@ class Here(MergeInTasks):
 
     def test_repeated_task_keeps_what_it_has_done(self):
         self.plan("looks", 1)
-        self.assertEqual(self.work("looks-1"), f"{KEYFRAMES} pieces of work done, 0 of them before\n")
+        self.assertEqual(self.work("looks-1"), f"{KEYFRAMES} pieces of work done, 0 of them by an earlier run\n")
         results = self.results()
         self.assertEqual(len(results), KEYFRAMES)
         for name in list(results)[::2]:
             os.remove(os.path.join(self.out, "work", "results", name))
-        self.assertEqual(self.work("looks-1"), f"{KEYFRAMES} pieces of work done, {KEYFRAMES // 2} of them before\n")
+        self.assertEqual(self.work("looks-1"), f"{KEYFRAMES} pieces of work done, {KEYFRAMES // 2} of them by an earlier run\n")
         self.assertEqual(self.results(), results)
 
     def test_damaged_files_of_tasks_do_no_harm(self):

@@ -170,7 +170,7 @@ TEST_F(FaultsTest, AStoreThatIsFullWhenTheLinkReturnsHoldsUpAndLosesNothing) {
 TEST_F(FaultsTest, AStoreThatIsFullForEverEndsTheProgramWithTheReason) {
   const test::ProgramResult result = run({"store_full_from_s=70", "store_full_for_s=100000"});
   EXPECT_EQ(result.exit_status, 1);
-  EXPECT_NE(result.output.find("stands still"), std::string::npos) << result.output;
+  EXPECT_NE(result.output.find("the flight does not end"), std::string::npos) << result.output;
   EXPECT_NE(result.output.find("acquisition"), std::string::npos) << result.output;
 }
 

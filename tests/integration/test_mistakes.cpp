@@ -231,7 +231,7 @@ TEST_F(Mistakes, AFullDiskIsNamed) {
   const test::ToolResult result =
       test::run_tool("cd " + test::quoted(folder_ / "") + " && " ILP_LAB " encode image.png --out /dev/full 2>&1");
   EXPECT_EQ(result.status, 1) << result.output;
-  EXPECT_NE(result.output.find("/dev/full cannot be written: the disk is full: make room"), std::string::npos)
+  EXPECT_NE(result.output.find("/dev/full cannot be written: the disk is full: free space"), std::string::npos)
       << result.output;
 }
 

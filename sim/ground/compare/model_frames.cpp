@@ -40,7 +40,8 @@ std::string wkt_of(const OGRSpatialReference* system) {
   if (system == nullptr) return {};
   const char* const options[] = {"FORMAT=WKT2_2019", "MULTILINE=NO", nullptr};
   char* text = nullptr;
-  if (system->exportToWkt(&text, options) != OGRERR_NONE) throw host::gdal_error("a system cannot be written");
+  if (system->exportToWkt(&text, options) != OGRERR_NONE)
+    throw host::gdal_error("a coordinate system cannot be written");
   std::string wkt = text;
   CPLFree(text);
   return wkt;
@@ -148,7 +149,7 @@ void ModelFrames::join_systems(const HeightModel& map, const HeightModel& other)
   if (theirs.IsGeographic() != 0) turn_px_ = 360 * pixel_from_other_[1];
   transformation_ = OGRCreateCoordinateTransformation(&ours, &theirs);
   if (transformation_ == nullptr) {
-    throw host::gdal_error("no way from " + name_of(ours) + " to " + name_of(theirs));
+    throw host::gdal_error("coordinates cannot be transformed from " + name_of(ours) + " to " + name_of(theirs));
   }
 }
 

@@ -42,7 +42,9 @@ void to_degrees(const std::string& from, const std::string& to, ControlFile& fil
   if (std::fabs(metres.GetSemiMajor() - degrees.GetSemiMajor()) > most_apart_m)
     throw std::runtime_error("control points: " + from + " is a coordinate system of another body than --control-body");
   const Way way(OGRCreateCoordinateTransformation(&metres, &degrees));
-  if (!way) throw host::gdal_error("control points: no way from " + from + " to longitude and latitude");
+  if (!way)
+    throw host::gdal_error("control points: coordinates in " + from +
+                           " cannot be transformed to longitude and latitude");
   for (ControlPoint& point : file.points) {
     Vec3& p = point.place;
     if (way->Transform(1, &p.x(), &p.y(), &p.z()) == 0 || !p.allFinite())
@@ -162,7 +164,7 @@ void fit_marks(const FlownImages& images, bool original, ControlFile& file) {
     throw std::runtime_error("control point " + point.name + " is marked in " + mark.image + " at column " +
                              host::fixed(mark.pixel.x(), 1) + ", row " + host::fixed(mark.pixel.y(), 1) +
                              ", outside of the image as it flew (" + host::size_text(images.width, images.height) +
-                             "): --flight-info knows by how much larger photographs were reduced");
+                             "): name --flight-info if larger photographs were reduced for the flight");
   });
 }
 

@@ -46,14 +46,15 @@ class Places {
   void project(const std::string& crs) {
     const host::GdalSession gdal;
     OGRSpatialReference degrees, metres;
-    if (degrees.SetFromUserInput(crs.c_str()) != OGRERR_NONE) throw host::gdal_error(crs + " is not known here");
+    if (degrees.SetFromUserInput(crs.c_str()) != OGRERR_NONE)
+      throw host::gdal_error("GDAL does not know the coordinate system " + crs);
     metres.SetProjCS("about the middle of the control points");
     metres.CopyGeogCSFrom(&degrees);
     metres.SetTM(middle_.latitude_deg, middle_.longitude_deg, 1, 0, 0);
     degrees.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
     metres.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
     OGRCoordinateTransformation* const way = OGRCreateCoordinateTransformation(&degrees, &metres);
-    if (way == nullptr) throw host::gdal_error("no projection about the control points");
+    if (way == nullptr) throw host::gdal_error("GDAL cannot make a projection about the control points");
     for (auto& [name, place] : metres_) {
       if (way->Transform(1, &place.x(), &place.y()) == 0) place.setConstant(std::nan(""));
     }

@@ -133,7 +133,7 @@ std::string wkt_of(const OGRSpatialReference& crs) {
 OGRSpatialReference crs_of(const std::string& definition) {
   OGRSpatialReference crs;
   if (crs.SetFromUserInput(definition.c_str()) != OGRERR_NONE) {
-    throw host::gdal_error("the coordinate system " + definition + " is not known here");
+    throw host::gdal_error("GDAL does not know the coordinate system " + definition);
   }
   crs.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
   return crs;
@@ -184,7 +184,7 @@ std::string projected_crs(const Body& body, const StripAnchor& anchor, const OGR
   crs.SetProjCS(name.c_str());
   if (crs.CopyGeogCSFrom(&geographic) != OGRERR_NONE ||
       crs.SetTM(anchor.latitude_deg, anchor.longitude_deg, 1, 0, 0) != OGRERR_NONE) {
-    throw host::gdal_error("no projection about the anchor of strip " + std::to_string(anchor.strip));
+    throw host::gdal_error("GDAL cannot make a projection about the anchor of strip " + std::to_string(anchor.strip));
   }
   return wkt_of(crs);
 }

@@ -142,26 +142,26 @@ std::vector<std::string> lines_of(const model::JoinedFlight& joined) {
         wrong +=
             (wrong.empty() ? "" : ", ") + std::to_string(fix.keyframe_id) + " (" + host::brief(fix.sigmas) + " sigmas)";
     }
-    lines.push_back("One model of " + host::counted(one.strips.size(), "strip") + " stands on map " +
+    lines.push_back("One model of " + host::counted(one.strips.size(), "strip") + " is placed on map " +
                     map_name(on_map.map.map_id) + ": " + std::to_string(on_map.used) + " of " +
                     std::to_string(on_map.fixes.size()) + " fixes agree" +
-                    (wrong.empty() ? "" : "; those of these keyframes contradict them and count as nothing: " + wrong));
-    lines.push_back("In it the fixes have moved the cameras by " + host::brief(on_map.removed_m.median) +
-                    " m in the median, " + host::brief(on_map.removed_m.max) +
-                    " m at most, from where they put each strip as a whole");
+                    (wrong.empty() ? "" : "; the fixes of these keyframes contradict them and are not used: " + wrong));
+    lines.push_back("Adjusted to each fix, the cameras moved by a median of " + host::brief(on_map.removed_m.median) +
+                    " m, at most " + host::brief(on_map.removed_m.max) +
+                    " m, from the placement of each strip as a rigid body");
     if (on_map.map.place_sigma_m > 0) {
-      lines.push_back(
-          "Its cameras stand on the map to " + host::brief(on_map.map.place_sigma_m) + " m (one sigma to each side)" +
-          (on_map.map.map_sigma_m > 0
-               ? ", and the map on the body to " + host::brief(on_map.map.map_sigma_m) + " m, which is common to all"
-               : ""));
+      lines.push_back("Position error of its cameras on the map: " + host::brief(on_map.map.place_sigma_m) +
+                      " m (one sigma per axis)" +
+                      (on_map.map.map_sigma_m > 0
+                           ? "; of the map on the body: " + host::brief(on_map.map.map_sigma_m) + " m, common to all"
+                           : ""));
     }
     if (on_map.error_factor > 1.5)
-      lines.push_back("Its fixes err by " + host::brief(on_map.error_factor) +
-                      " times what they state, so that they count by so much less");
+      lines.push_back("The errors of its fixes are " + host::brief(on_map.error_factor) +
+                      " times their estimated errors, and their weights are reduced accordingly");
     if (on_map.image_factor > 1.5)
-      lines.push_back("The images bend the model by " + host::brief(on_map.image_factor) +
-                      " times what their points state, which the fixes have taken out");
+      lines.push_back("The images bend the model " + host::brief(on_map.image_factor) +
+                      " times as much as estimated; the fixes have corrected this");
   }
   return lines;
 }

@@ -203,8 +203,8 @@ MapCheck check_map(const MapCheckOptions& options, std::ostream& messages) {
   if (std::string holes = missing_tiles(source, *directory); !holes.empty()) check.events.push_back(std::move(holes));
   MissionParameters mission = options.mission;
   if (!options.any_body && mission.body != check.body) {
-    throw std::runtime_error("the map is of " + std::string(name_of(check.body)) + ", and the mission of " +
-                             name_of(mission.body) + ": [navigation] body in the mission file says which");
+    throw std::runtime_error("the map shows " + std::string(name_of(check.body)) + ", but the mission names " +
+                             name_of(mission.body) + ": correct [navigation] body in the mission file");
   }
   mission.body = check.body;
   mission.use_map = true;
@@ -212,7 +212,8 @@ MapCheck check_map(const MapCheckOptions& options, std::ostream& messages) {
   intake::Outbox outbox = intake::read_outbox(options.outbox);
   intake::Flight flight = intake::index_flight(outbox);
   if (flight.keyframes.empty())
-    throw std::runtime_error(options.outbox.string() + " has no keyframe: the folder with the files that came down");
+    throw std::runtime_error(options.outbox.string() +
+                             " has no keyframe: name the folder with the files that came down");
   check.in_flight = fixes_of(flight);
   localise_all(flight, mission, source, check.events, messages);
   check.fixes = fixes_of(flight);

@@ -31,7 +31,7 @@ std::string figure_of(Body body) {
 OGRSpatialReference system_of(const std::string& definition) {
   OGRSpatialReference system;
   if (system.importFromProj4(definition.c_str()) != OGRERR_NONE) {
-    throw host::gdal_error("the coordinate system " + definition + " is not known here");
+    throw host::gdal_error("GDAL does not know the coordinate system " + definition);
   }
   system.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
   return system;
@@ -76,7 +76,7 @@ struct RasterSystems {
   explicit RasterSystems(const OGRSpatialReference& system) : own(system) {
     own.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
     const std::unique_ptr<OGRSpatialReference> below(own.CloneGeogCS());
-    if (!below) throw host::gdal_error("the raster's coordinates stand on no longitudes and latitudes");
+    if (!below) throw host::gdal_error("the raster's coordinate system has no longitude and latitude");
     degrees_below = *below;
     degrees_below.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
     const double ratio = system.GetSemiMinor() / system.GetSemiMajor();
@@ -99,7 +99,7 @@ Body body_of(const OGRSpatialReference* system) {
     const auto body = static_cast<Body>(value.number);
     if (std::fabs(radius_m / body_radii(body).equatorial_m - 1) < 0.01) return body;
   }
-  throw std::runtime_error("its coordinates stand on a body of " + number_text(radius_m) +
+  throw std::runtime_error("its coordinate system is of a body of " + number_text(radius_m) +
                            " m radius; mars, titan, venus, moon or earth expected");
 }
 
@@ -113,8 +113,8 @@ RasterFromMap::RasterFromMap(const MapPlane& plane, const OGRSpatialReference* s
     : systems_(std::make_unique<Systems>()) {
   const Body body = body_of(system);
   if (body != plane.body) {
-    throw std::runtime_error(std::string("its coordinates stand on ") +
-                             (body == Body::none ? "no body" : name_of(body)) + ", those of the map on " +
+    throw std::runtime_error(std::string("its coordinate system is of ") +
+                             (body == Body::none ? "no body" : name_of(body)) + ", that of the map of " +
                              (plane.body == Body::none ? "no body" : name_of(plane.body)));
   }
   if (body == Body::none) return;

@@ -24,11 +24,11 @@ std::string body_name(Body body) {
 Body common_body(const MapTilesOptions& options, const MappedRaster& image, const MappedRaster& heights) {
   const Body body = image.body();
   if (heights.body() != body) {
-    throw std::runtime_error("the image stands on " + body_name(body) + ", the heights stand on " +
+    throw std::runtime_error("the image shows " + body_name(body) + ", the heights are of " +
                              body_name(heights.body()) + ": both must show the same ground");
   }
   if (options.body && *options.body != body) {
-    throw std::runtime_error("--body is " + body_name(*options.body) + ", but the rasters stand on " + body_name(body) +
+    throw std::runtime_error("--body is " + body_name(*options.body) + ", but the rasters are of " + body_name(body) +
                              (body == Body::none ? ": gdal_translate -a_srs states their coordinates" : ""));
   }
   return body;

@@ -182,7 +182,7 @@ MapSummary write_map(MapDirectory& directory, const PatchOf& patches, const Tile
   make_tiles(directory, patches, params, tiles, messages);
   const auto known = static_cast<std::size_t>(
       std::count_if(tiles.begin(), tiles.end(), [](const MadeTile& tile) { return !tile.file.empty(); }));
-  if (known == 0) throw std::runtime_error("nothing is known of the area");
+  if (known == 0) throw std::runtime_error("the rasters have no data in the area");
   if (known > limits::max_map_tiles) {
     throw std::runtime_error("the area has " + std::to_string(known) + " tiles, and a map " +
                              std::to_string(limits::max_map_tiles) +

@@ -267,7 +267,8 @@ RasterPatches::RasterPatches(MappedRaster& image, MappedRaster& heights, const E
     sum += double{value};
     ++known;
   }
-  if (known == 0) throw std::runtime_error(image.band().path().string() + ": nothing is known in the area of the map");
+  if (known == 0)
+    throw std::runtime_error(image.band().path().string() + ": the raster has no data in the area of the map");
   mean_ = sum / static_cast<double>(known);
   if (!(mean_ > 0)) {
     throw std::runtime_error(image.band().path().string() +

@@ -43,8 +43,8 @@ std::vector<std::string> found_lines(const intake::Flight& flight) {
   }
   add_readout_line(said, lines);
   if (said.verdict == CalibrationVerdict::ok) return lines;
-  lines.push_back("The camera was not known. Of what " + host::counted(said.keyframes, "keyframe") +
-                  " say of it: " + words_of(said.verdict) + ".");
+  lines.push_back("The camera was not known. Result from " + host::counted(said.keyframes, "keyframe") + ": " +
+                  words_of(said.verdict) + ".");
   for (const Intrinsic intrinsic : {Intrinsic::focal_length, Intrinsic::k1}) {
     const auto i = static_cast<std::size_t>(intrinsic);
     if (!(said.prior_sigmas[i] > 0 && said.sigmas[i] > hardly * said.prior_sigmas[i])) continue;

@@ -123,7 +123,7 @@ int serve_main(int argc, char** argv) {
   app.add_option("--listen", options.listen,
                  "ADDRESS:PORT of the page; with another address, everybody who reaches it can "
                  "read the flight; port 0: any free one");
-  app.add_option("--every", options.every_s, "seconds between two looks for new files")->check(CLI::Range(1, 3600));
+  app.add_option("--every", options.every_s, "seconds between two searches for new files")->check(CLI::Range(1, 3600));
   ground::add_flight_options(app, options.ground);
   app.add_option(
       "--commands", options.link.address,

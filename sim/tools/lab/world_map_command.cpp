@@ -173,7 +173,7 @@ void add_light(CLI::App& app, WorldMapOptions& options) {
   app.add_option("--spread", options.map.spread_px, "sigma of the point spread, pixels")->check(finite_in(0, 0.8));
   app.add_option("--noise", options.map.noise, "noise of the image as a share of the light on level ground")
       ->check(finite_in(0, 1));
-  app.add_option("--map-seed", options.map.seed, "of the errors of the map");
+  app.add_option("--map-seed", options.map.seed, "seed of the errors of the map");
   app.add_option("--height-sigma", options.height_sigma_px, "smooth error of the heights, one sigma, pixels")
       ->check(finite_in(0, 100));
   app.add_option("--place-sigma", options.place_sigma_m, "estimated error of the place of the whole map, m")

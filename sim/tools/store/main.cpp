@@ -113,7 +113,7 @@ int main(int argc, char** argv) {
     rows->add_option("store", name, "file or postgresql://...")->required();
     rows->add_option("table", table, "one of docs/records.md, such as pose")->required();
     rows->add_option("field", fields, "the fields to print (default: all)");
-    CLI::App* const tables = &host::add_subcommand(app, "create", "makes the tables where there are none",
+    CLI::App* const tables = &host::add_subcommand(app, "create", "creates the tables if the database has none",
                                                    "ilp-store create postgresql://flight@server/flight");
     tables->add_option("store", name, "file or postgresql://...")->required();
     CLI::App* const roles = &host::add_subcommand(app, "roles", "prints SQL for the roles of a flight's processes",

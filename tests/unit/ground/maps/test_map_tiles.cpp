@@ -443,7 +443,7 @@ TEST_F(MapTiles, WhatIsWrongIsNamed) {
   expect_refused("2.50 m or more expected");
   options_.pixel_m = 5;
   options_.body = Body::venus;
-  expect_refused("--body is venus, but the rasters stand on mars");
+  expect_refused("--body is venus, but the rasters are of mars");
   options_.body.reset();
   options_.area = Extent{20, -1, 21, 1};
   expect_refused("--area lies beside the rasters");
@@ -463,7 +463,7 @@ TEST_F(MapTiles, WhatIsWrongIsNamed) {
   RasterFile other = about(10, 0, 200, 5);
   other.system = "+proj=eqc +lat_ts=0 +lon_0=0 +R=1737400 +units=m +no_defs";
   write_raster(options_.heights, other, flat);
-  expect_refused("the image stands on mars, the heights stand on moon");
+  expect_refused("the image shows mars, the heights are of moon");
   other.system = "+proj=eqc +lat_ts=0 +lon_0=0 +R=1188300 +units=m +no_defs";
   write_raster(options_.heights, other, flat);
   expect_refused("a body of 1188300 m radius");
@@ -483,7 +483,7 @@ TEST_F(MapTiles, WhatIsWrongIsNamed) {
   RasterFile nothing = about(10, 0, 200, 5);
   nothing.missing = -1;
   write_raster(options_.image, nothing, [](double, double) { return -1.0; });
-  expect_refused("nothing is known in the area");
+  expect_refused("the raster has no data in the area");
   RasterFile polar = about(0, 0, 200, 5);
   polar.system = "+proj=stere +lat_0=90 +lon_0=0 +R=3396190 +units=m +no_defs";
   write_raster(options_.image, polar, flat);
