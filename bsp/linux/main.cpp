@@ -398,7 +398,9 @@ void Flight::prepare_compute() {
 void Flight::prepare_look() {
   if (options_.virtual_time || !store_.updates().is(StatusCode::store_in_memory)) return;
   const int error = look_.begin(options_.store, store_.store().usage().limit_bytes, store_.look_stack());
-  if (error != 0) std::fprintf(stderr, "ilp-onboard: the disk is not looked for: %s\n", std::strerror(error));
+  if (error != 0)
+    std::fprintf(stderr, "ilp-onboard: the store stays in memory, because the search for its disk cannot start: %s\n",
+                 std::strerror(error));
 }
 
 bool Flight::start() {

@@ -221,7 +221,7 @@ bool parse(int argc, char** argv, Options& options, CommandLineFault& fault) {
   if (options.memory_map || options.version || options.help) return true;
   if (joins_flight(options)) {
     return joins_only(options) || refuse(fault, "--stages",
-                                         "without head takes only --store, which is no memory, "
+                                         "without `head` takes only --store (not in memory), "
                                          "--mission, --priority, --lock-lease and --trap-heap");
   }
   if (options.store == nullptr) return refuse(fault, "--store", "is missing");

@@ -209,7 +209,9 @@ void add_bundle_command(Lab& lab) {
                  "FIRST COUNT of the cameras of a BAL file (in its order, from 0) or COLMAP model (in the order of "
                  "names) that are adjusted; default: all")
       ->expected(2);
-  app.add_option("--out", options->out, "file or folder for what is adjusted, in the same form")->required();
+  app.add_option("--out", options->out,
+                 "file or folder for the adjusted cameras and points, in the format of the input")
+      ->required();
   app.add_option("--robust", options->params.robust_px, "scale of Cauchy's loss in px; 0: least squares")
       ->check(finite_in(0, 1000));
   app.add_option("--max-iterations", options->params.max_iterations, "most steps, accepted and rejected")

@@ -255,7 +255,8 @@ void add_calibrate_target_command(Lab& lab) {
                  "inner corners of the board's rows and columns: 9x6 is a board of 10 x 7 squares");
   app.add_option("--charuco", options->charuco,
                  "dictionary of the markers of a ChArUco board, such as 5X5_100; it may be seen in part");
-  app.add_option("--marker", options->marker, "side of a marker over that of a square")->check(finite_in(0.2, 0.98));
+  app.add_option("--marker", options->marker, "ratio of the side of a marker to that of a square")
+      ->check(finite_in(0.2, 0.98));
   app.add_option("--square", options->square, "side of a square, in any unit; the camera does not depend on it")
       ->check(finite_in(1e-6, 1e6));
   app.add_option("--out", options->out, "cameras.txt to write");

@@ -551,7 +551,7 @@ void add_select_command(Lab& lab) {
                  "folder of PNG, PGM, JPEG or TIFF images in the order of their names, or of its times.txt");
   app.add_option("--y4m", options->video, "YUV4MPEG2 file that takes the place of the folder, - for standard input");
   app.add_option("--target,--target-overlap", options->target,
-                 "an image at or below this overlap with the last one kept is kept")
+                 "an image is kept once its overlap with the last kept image is at or below this")
       ->check(finite_in(0.5, 0.98))
       ->default_str("0.82");
   app.add_option("--minimum", options->minimum, "below this overlap the strip ends")
@@ -559,7 +559,7 @@ void add_select_command(Lab& lab) {
       ->default_str("0.55");
   app.add_flag("--full-turn", options->full_turn, "search every rotation between images (default 0.35 rad)");
   app.add_option("--mission", options->mission, "mission parameters, an .ini file; its capture times are ignored");
-  app.add_flag("--list", options->list, "print only the names of the kept images, one a line");
+  app.add_flag("--list", options->list, "print only the names of the kept images, one per line");
   app.add_flag("--json", options->json, "print one JSON object");
 }
 

@@ -31,7 +31,7 @@ void add_ransac_options(CLI::App& app, TwoViewOptions& options) {
                  "file of matches, a line x_a y_a x_b y_b [score] each; better scores are tried first")
       ->required();
   app.add_option("--seed", options.params.seed, "seed of the random samples");
-  app.add_option("--threshold", options.params.threshold_px, "inlier bound in px")->check(finite_in(0.01, 100));
+  app.add_option("--threshold", options.params.threshold_px, "inlier threshold, px")->check(finite_in(0.01, 100));
   app.add_option("--max-trials", options.params.max_trials, "largest number of samples")
       ->check(CLI::Range(1, static_cast<int>(limits::max_ransac_trials)));
 }
