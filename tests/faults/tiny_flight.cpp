@@ -2,11 +2,9 @@
 
 #include <sys/mman.h>
 
-#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <new>
-#include <numbers>
 #include <set>
 
 #include "bsp/flight/boot.hpp"
@@ -22,6 +20,7 @@
 #include "sim/host/colmap.hpp"
 #include "sim/world/render_flight.hpp"
 #include "tests/faults/packet_ground.hpp"
+#include "tests/support/calm_scenario.hpp"
 
 namespace ilp::faults {
 namespace fs = std::filesystem;
@@ -38,23 +37,8 @@ Arena sqlite_arena;
 StaticMemory memory;
 bool with_packets = false;
 
-/// Calm air and a slow swing, as for the flights of the integration tests.
 world::Scenario tiny_scenario() {
-  world::Scenario scenario;
-  scenario.effects.read_noise_grey = 1;
-  world::FlightParams& flight = scenario.flight;
-  flight.frames = images;
-  flight.interval_s = 4;
-  flight.gust_m_s = 0;
-  flight.swing_damping = 0;
-  flight.swing_rad = 0.044;
-  flight.gravity_m_s2 = flight.suspension_m * std::pow(2 * std::numbers::pi / 70, 2);
-  flight.camera.width = 160;
-  flight.camera.height = 120;
-  flight.camera.fx = flight.camera.fy = 137;
-  flight.camera.cx = (flight.camera.width - 1) / 2.0;
-  flight.camera.cy = (flight.camera.height - 1) / 2.0;
-  return scenario;
+  return test::calm_scenario(images, 160, 120, 137);
 }
 
 /// Virtual time that reports every reading of the processor's time: the executive takes it before and after each step.

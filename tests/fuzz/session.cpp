@@ -17,22 +17,13 @@
 #include "fsw/telemetry/telemetry.hpp"
 #include "hal/store/ram/ram_store.hpp"
 #include "tests/fuzz/pdu_choices.hpp"
+#include "tests/support/fake_clock.hpp"
 #include "tests/support/step_memory.hpp"
 
 namespace ilp::fuzz {
 namespace {
 
 constexpr std::uint16_t apid = 0x0EF;
-
-class StillClock final : public Clock {
- public:
-  TimeNs now() override { return now_; }
-  void sleep_until(TimeNs time) override { now_ = time; }
-  TimeNs processor_time() override { return 0; }
-
- private:
-  TimeNs now_ = 0;
-};
 
 /// Both links of the package: what the ground sends waits here, what comes down is read.
 class GroundLink final : public PacketLink {
@@ -256,7 +247,7 @@ class Session {
   }
 
   Choices& choices_;
-  StillClock clock_;
+  test::StillClock clock_;
   MissionParameters mission_;
   RamStore store_;
   EventLog log_;

@@ -11,7 +11,9 @@
 #include "fsw/base/crc.hpp"
 #include "fsw/base/rng.hpp"
 #include "fsw/vision/overlap/overlap.hpp"
+#include "tests/support/fake_clock.hpp"
 #include "tests/support/step_memory.hpp"
+#include "tests/support/store_records.hpp"
 #include "tests/unit/products/coded_product.hpp"
 
 namespace ilp::test {
@@ -306,14 +308,11 @@ class Watch {
     EXPECT_EQ(account.product_bytes, product_bytes_);
     EXPECT_EQ(account.products_held, products_held_);
     std::int64_t depth_bytes = 0, frame_bytes = 0;
-    DepthRecord depth;
-    for (std::int64_t id = 0; next(store_, id, depth).ok(); id = depth.id) {
+    for (const DepthRecord& depth : records_of<DepthRecord>(store_)) {
       depth_bytes += std::int64_t{depth.values.bytes} + depth.sigma.bytes;
     }
-    MaskRecord mask;
-    for (std::int64_t id = 0; next(store_, id, mask).ok(); id = mask.id) depth_bytes += mask.code.bytes;
-    FrameRecord frame;
-    for (std::int64_t id = 0; next(store_, id, frame).ok(); id = frame.id) frame_bytes += frame.image.bytes;
+    for (const MaskRecord& mask : records_of<MaskRecord>(store_)) depth_bytes += mask.code.bytes;
+    for (const FrameRecord& frame : records_of<FrameRecord>(store_)) frame_bytes += frame.image.bytes;
     EXPECT_EQ(account.depth_bytes, depth_bytes);
     EXPECT_EQ(account.frame_bytes, frame_bytes);
   }
@@ -342,7 +341,7 @@ EndlessResult fly_endlessly(const std::string& database, const MissionParameters
                             const EndlessOptions& options) {
   EndlessResult result;
   SqliteStore store;
-  TestClock clock;
+  StillClock clock;
   LossyGround ground(clock, options.lost_share, options.damaged_share);
   EXPECT_TRUE(store.open(database.c_str()).ok());
   EXPECT_TRUE(store.limit(database_limit_bytes(mission)).ok());
@@ -392,8 +391,7 @@ EndlessResult fly_endlessly(const std::string& database, const MissionParameters
   result.keyframes = keyframes;
   result.resident_kib_at_end = resident_kib();
   EXPECT_TRUE(get(store, 1, result.account).ok());
-  EventRecord event;
-  for (std::int64_t id = 0; next(store, id, event).ok(); id = event.id) {
+  for (const EventRecord& event : records_of<EventRecord>(store)) {
     ++result.events[static_cast<StatusCode>(event.code)];
   }
   result.files = ground.files();

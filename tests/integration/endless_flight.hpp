@@ -19,18 +19,6 @@
 
 namespace ilp::test {
 
-/// Can be set to any time, also backwards.
-class TestClock final : public Clock {
- public:
-  TimeNs now() override { return now_; }
-  void sleep_until(TimeNs time) override { now_ = time > now_ ? time : now_; }
-  TimeNs processor_time() override { return 0; }
-  void set(TimeNs time) { now_ = time; }
-
- private:
-  TimeNs now_ = 0;
-};
-
 /// The ground: loses files, damages files, and confirms the others some time later.
 class LossyGround final : public Link {
  public:

@@ -19,7 +19,9 @@
 #include "fsw/packets/service_verification.hpp"
 #include "hal/link/outbox/outbox_link.hpp"
 #include "hal/nonvolatile/file_nonvolatile.hpp"
+#include "tests/support/fake_clock.hpp"
 #include "tests/support/queue_link.hpp"
+#include "tests/support/store_records.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
 
 namespace ilp::test {
@@ -32,17 +34,6 @@ class NoCamera final : public Camera {
     static_cast<void>(frame);
     return StatusCode::not_ready;
   }
-};
-
-class SetClock final : public Clock {
- public:
-  TimeNs now() override { return now_; }
-  void sleep_until(TimeNs time) override { now_ = std::max(now_, time); }
-  TimeNs processor_time() override { return 0; }
-  void set(TimeNs time) { now_ = time; }
-
- private:
-  TimeNs now_ = 0;
 };
 
 class FlightBoard {
@@ -177,14 +168,7 @@ class FlightBoard {
   Configuration& configuration() { return software->configuration(); }
   FlightMemory& memory() { return configuration().memory(); }
   [[nodiscard]] std::string database() const { return folder / "flight.db"; }
-  std::vector<EventRecord> events(StatusCode code) {
-    std::vector<EventRecord> list;
-    EventRecord event;
-    for (std::int64_t id = 0; next(store->store(), id, event).ok(); id = event.id) {
-      if (event.code == static_cast<std::uint16_t>(code)) list.push_back(event);
-    }
-    return list;
-  }
+  std::vector<EventRecord> events(StatusCode code) { return events_of(store->store(), code); }
   [[nodiscard]] double in_force(const char* section, const char* key) const {
     return parameter_value(mission, find_parameter(section, key));
   }
@@ -199,7 +183,7 @@ class FlightBoard {
   int restarts = 0;
 
   MissionParameters mission;
-  SetClock clock;
+  StillClock clock;
   QueueLink link;
   PacketLink* radio = &link;
   NoCamera camera;

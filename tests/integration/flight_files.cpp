@@ -52,6 +52,12 @@ std::string camera_numbers(const fs::path& flight) {
   return text.str();
 }
 
+ProgramResult run_well(const std::vector<std::string>& arguments, const fs::path& input) {
+  ProgramResult result = run_program(arguments, input);
+  EXPECT_EQ(result.exit_status, 0) << result.output;
+  return result;
+}
+
 ProgramResult run_program(const std::vector<std::string>& arguments, const fs::path& input) {
   ProgramResult result;
   int ends[2];

@@ -9,6 +9,7 @@
 
 #include "hal/store/sqlite/sqlite_store.hpp"
 #include "sim/host/image_io.hpp"
+#include "tests/support/store_records.hpp"
 
 namespace ilp::test {
 
@@ -24,6 +25,8 @@ struct ProgramResult {
 };
 /// Waits for the program; `input` may be empty.
 ProgramResult run_program(const std::vector<std::string>& arguments, const std::filesystem::path& input = {});
+/// The test fails where the program does not end with status 0.
+ProgramResult run_well(const std::vector<std::string>& arguments, const std::filesystem::path& input = {});
 /// Kills the program after this many milliseconds (SIGKILL); true when it ended by itself before, with status 0.
 bool run_and_kill(const std::vector<std::string>& arguments, int after_ms);
 
@@ -48,12 +51,9 @@ void expect_same_files(const std::map<std::string, Bytes>& a, const std::map<std
 /// All records of one type in the database of a flight.
 template <typename Record>
 [[nodiscard]] std::vector<Record> records_of(const std::filesystem::path& out) {
-  std::vector<Record> records;
   SqliteStore store;
-  if (!store.open_read_only((out / "flight.db").c_str()).ok()) return records;
-  Record record;
-  for (std::int64_t id = 0; next(store, id, record).ok(); id = record.id) records.push_back(record);
-  return records;
+  if (!store.open_read_only((out / "flight.db").c_str()).ok()) return {};
+  return records_of<Record>(store);
 }
 [[nodiscard]] std::size_t events_of(const std::filesystem::path& out, StatusCode code);
 

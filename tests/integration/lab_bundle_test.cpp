@@ -66,8 +66,7 @@ TEST_F(LabBundle, ABalFileReachesTheMinimumOfItsPosesAndPoints) {
   // The README of the data states the cost of the given values.
   const BalFile given(file);
   ASSERT_NEAR(given.cost(), 1.82739033e+05, 1e-8 * 1.82739033e+05);
-  const LabRun run = lab("bundle " + file + " --max-iterations 200 --tolerance 1e-10 --out " + path("out.txt"));
-  ASSERT_EQ(run.status, 0) << run.err;
+  const LabRun run = lab_done("bundle " + file + " --max-iterations 200 --tolerance 1e-10 --out " + path("out.txt"));
   EXPECT_EQ(run.verdict(), "ok");
   EXPECT_EQ(run.number("points"), 1200);
   EXPECT_EQ(run.number("observations"), 4305);
@@ -86,14 +85,12 @@ TEST_F(LabBundle, ABalFileReachesTheMinimumOfItsPosesAndPoints) {
 TEST_F(LabBundle, OfALargeBalFileTheBestSeenPointsAndNamedCamerasTakePart) {
   const std::string file = shared("bal_dubrovnik_16/problem-16-22106-pre.txt");
   if (file.empty()) GTEST_SKIP() << "no ../shared/data/bal_dubrovnik_16";
-  const LabRun run = lab("bundle " + file + " --max-iterations 100 --out " + path("out.txt"));
-  ASSERT_EQ(run.status, 0) << run.err;
+  const LabRun run = lab_done("bundle " + file + " --max-iterations 100 --out " + path("out.txt"));
   EXPECT_EQ(run.number("cameras"), 16);
   EXPECT_GT(run.number("points"), 2500);
   EXPECT_EQ(run.number("points") + run.number("left_out_points"), 22106) << "two cameras or more see every point";
   EXPECT_LT(run.number("cost"), 0.2 * run.number("initial_cost"));
-  const LabRun some = lab("bundle " + file + " --cameras 4 3 --max-iterations 100 --out " + path("some.txt"));
-  ASSERT_EQ(some.status, 0) << some.err;
+  const LabRun some = lab_done("bundle " + file + " --cameras 4 3 --max-iterations 100 --out " + path("some.txt"));
   const BalFile given(file), three(path("some.txt"));
   ASSERT_EQ(three.cameras.size(), 3U);
   EXPECT_EQ(three.points.size(), some.number("points"));
@@ -164,8 +161,8 @@ class LabColmapBundle : public LabBundle {
 
 TEST_F(LabColmapBundle, ADisturbedModelComesBackToTheTruth) {
   write_model("model", 0.02);
-  const LabRun run = lab("bundle " + path("model") + " --max-iterations 100 --tolerance 1e-14 --out " + path("out"));
-  ASSERT_EQ(run.status, 0) << run.err;
+  const LabRun run =
+      lab_done("bundle " + path("model") + " --max-iterations 100 --tolerance 1e-14 --out " + path("out"));
   EXPECT_EQ(run.verdict(), "ok");
   EXPECT_EQ(run.number("cameras"), cameras);
   EXPECT_GT(run.number("initial_rms_px"), 1);
@@ -189,8 +186,7 @@ TEST_F(LabColmapBundle, ADisturbedModelComesBackToTheTruth) {
   EXPECT_LT(alignment_errors(centres, truth).mean, 1e-5);
   EXPECT_GT((centres[1] - truth[1]).norm(), 1e-4);
   // What was written is read again, and has nothing left to gain.
-  const LabRun again = lab("bundle " + path("out") + " --cameras 1 4 --out " + path("again"));
-  ASSERT_EQ(again.status, 0) << again.err;
+  const LabRun again = lab_done("bundle " + path("out") + " --cameras 1 4 --out " + path("again"));
   EXPECT_EQ(again.number("cameras"), 4);
   EXPECT_LT(again.number("initial_rms_px"), 1e-4);
 }
@@ -198,11 +194,9 @@ TEST_F(LabColmapBundle, ADisturbedModelComesBackToTheTruth) {
 TEST_F(LabColmapBundle, ModelsOfRecordedImagesAreAdjusted) {
   const std::string folder = shared("strecha_fountain_p11");
   if (folder.empty()) GTEST_SKIP() << "no ../shared/data/strecha_fountain_p11";
-  const LabRun posed = lab("pose-strip " + folder + " --camera " + folder +
-                           "/colmap/cameras.txt --target-overlap 0.98" + " --apart --out " + path("model"));
-  ASSERT_EQ(posed.status, 0) << posed.err;
-  const LabRun run = lab("bundle " + path("model") + " --robust 0.5 --max-iterations 50 --out " + path("out"));
-  ASSERT_EQ(run.status, 0) << run.err;
+  const LabRun posed = lab_done("pose-strip " + folder + " --camera " + folder +
+                                "/colmap/cameras.txt --target-overlap 0.98" + " --apart --out " + path("model"));
+  const LabRun run = lab_done("bundle " + path("model") + " --robust 0.5 --max-iterations 50 --out " + path("out"));
   EXPECT_EQ(run.number("cameras"), posed.json["strips"][0]["images"].get<double>());
   EXPECT_LE(run.number("cost"), run.number("initial_cost"));
   EXPECT_LT(run.number("final_rms_px"), 1);

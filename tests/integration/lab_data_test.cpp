@@ -110,9 +110,7 @@ TEST_F(LabData, StereoOfMiddlebury) {
   for (const auto& pair : pairs) {
     const std::string folder = shared(std::string("stereo_middlebury/") + pair.name);
     if (folder.empty()) GTEST_SKIP() << "no ../shared/data/stereo_middlebury";
-    const LabRun run =
-        lab("stereo " + folder + "/left.png " + folder + "/right.png" + pair.range + " --out " + path("d.pfm"));
-    ASSERT_EQ(run.status, 0) << run.err;
+    lab_done("stereo " + folder + "/left.png " + folder + "/right.png" + pair.range + " --out " + path("d.pfm"));
     const double bad = bad_share(folder, host::read_pfm(path("d.pfm")));
     EXPECT_LT(bad, pair.bad) << pair.name;
     EXPECT_GT(bad, 0) << pair.name;
@@ -124,11 +122,9 @@ TEST_F(LabData, OverlapAndMatchesOfAnAerialPair) {
   const std::string images = shared("aerial_caliterra_a/images");
   if (images.empty()) GTEST_SKIP() << "no ../shared/data/aerial_caliterra_a";
   const std::string pair = images + "/IMG_9363.png " + images + "/IMG_9364.png";
-  const LabRun overlap = lab("overlap " + pair);
-  ASSERT_EQ(overlap.status, 0) << overlap.err;
+  const LabRun overlap = lab_done("overlap " + pair);
   EXPECT_EQ(overlap.verdict(), "ok");
-  const LabRun matched = lab("match " + pair + " --out " + path("m.txt"));
-  ASSERT_EQ(matched.status, 0) << matched.err;
+  lab_done("match " + pair + " --out " + path("m.txt"));
   const std::vector<StripImage> strip = read_strip("aerial_caliterra_a");
   const auto matches = read_numbers(path("m.txt"));
   ASSERT_GT(matches.size(), 300U);
@@ -166,9 +162,8 @@ TEST_F(LabData, PosesOfAnAerialStripAndARectifiedPairOfThem) {
   const std::string folder = shared("aerial_caliterra_a");
   if (folder.empty()) GTEST_SKIP() << "no ../shared/data/aerial_caliterra_a";
   const std::string model = path("model");
-  const LabRun run = lab("pose-strip " + folder + " --camera " + folder + "/colmap/cameras.txt --target-overlap 0.98" +
-                         " --out " + model);
-  ASSERT_EQ(run.status, 0) << run.err;
+  const LabRun run = lab_done("pose-strip " + folder + " --camera " + folder +
+                              "/colmap/cameras.txt --target-overlap 0.98" + " --out " + model);
   // Poses of several images take longer than a millisecond on any processor.
   EXPECT_GT(run.number("motion_ms"), 1);
   EXPECT_GE(run.number("kernel_ms"), run.number("motion_ms"));
@@ -188,15 +183,13 @@ TEST_F(LabData, PosesOfAnAerialStripAndARectifiedPairOfThem) {
   const double length = (references.back() - references.front()).norm();
   EXPECT_LT(alignment_errors(estimates, references).mean, 0.003 * length);
 
-  const LabRun apart = lab("pose-strip " + folder + " --camera " + folder +
-                           "/colmap/cameras.txt --target-overlap 0.98" + " --apart --out " + path("apart"));
-  ASSERT_EQ(apart.status, 0) << apart.err;
+  const LabRun apart = lab_done("pose-strip " + folder + " --camera " + folder +
+                                "/colmap/cameras.txt --target-overlap 0.98" + " --apart --out " + path("apart"));
   // Nothing of one strip joins it.
   EXPECT_EQ(apart.json["strips"][0]["observations"], run.json["strips"][0]["observations"]);
 
-  const LabRun rectified = lab("rectify " + folder + "/images/" + posed[0].name + " " + folder + "/images/" +
-                               posed[1].name + " --model " + model + " --out " + path("rect"));
-  ASSERT_EQ(rectified.status, 0) << rectified.err;
+  const LabRun rectified = lab_done("rectify " + folder + "/images/" + posed[0].name + " " + folder + "/images/" +
+                                    posed[1].name + " --model " + model + " --out " + path("rect"));
   EXPECT_EQ(rectified.verdict(), "ok");
   EXPECT_LT(rectified.number("max_vertical_error_px"), 1e-6);
   EXPECT_LT(rectified.number("median_observed_vertical_error_px"), 0.5);
@@ -206,8 +199,8 @@ TEST_F(LabData, PosesOfAnAerialStripAndARectifiedPairOfThem) {
 TEST_F(LabData, StripsOfABrokenSurveyAreJoinedAsTheGroundJoinsThem) {
   const std::string folder = shared("revisit_seneca_farm");
   if (folder.empty()) GTEST_SKIP() << "no ../shared/data/revisit_seneca_farm";
-  const LabRun run = lab("pose-strip " + folder + " --camera " + folder + "/colmap/cameras.txt --out " + path("model"));
-  ASSERT_EQ(run.status, 0) << run.err;
+  const LabRun run =
+      lab_done("pose-strip " + folder + " --camera " + folder + "/colmap/cameras.txt --out " + path("model"));
   ASSERT_EQ(run.json["joined"].size(), 1U) << run.out;
   EXPECT_GE(run.json["joined"][0]["strips"].size(), 10U);
   const std::vector<PosedImage> posed = read_model_centres(path("model/images.txt"));

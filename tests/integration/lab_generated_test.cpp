@@ -48,8 +48,7 @@ TEST_F(LabGenerated, OverlapOfAShiftedWindow) {
   const std::string a = write_window("a.pgm", 0, 0), b = path("b.png");
   host::write_png(b, host::read_gray(write_window("b.pgm", 60, 24)).view());
   for (const char* method : {"ncc", "sad"}) {
-    const LabRun run = lab("overlap " + a + " " + b + " --method " + method);
-    ASSERT_EQ(run.status, 0) << run.err;
+    const LabRun run = lab_done("overlap " + a + " " + b + " --method " + method);
     EXPECT_EQ(run.verdict(), "ok");
     EXPECT_NEAR(run.number("overlap"), (320 - 60) * (240 - 24) / (320.0 * 240.0), 0.005);
     EXPECT_NEAR(run.json["shift_px"][0].get<double>(), -60, 1);
@@ -60,15 +59,13 @@ TEST_F(LabGenerated, OverlapOfAShiftedWindow) {
 }
 
 TEST_F(LabGenerated, UnrelatedImagesAreAVerdictNotAnError) {
-  const LabRun run = lab("overlap " + write_window("a.pgm", 0, 0) + " " + write_window("b.pgm", 5000, 9000));
-  ASSERT_EQ(run.status, 0) << run.err;
+  const LabRun run = lab_done("overlap " + write_window("a.pgm", 0, 0) + " " + write_window("b.pgm", 5000, 9000));
   EXPECT_EQ(run.verdict(), "overlap_unknown");
 }
 
 TEST_F(LabGenerated, MatchesOfAShiftedWindow) {
   const std::string a = write_window("a.pgm", 0, 0), b = write_window("b.pgm", 40.5, -10.25);
-  const LabRun run = lab("match " + a + " " + b + " --corners 300 --out " + path("m.txt"));
-  ASSERT_EQ(run.status, 0) << run.err;
+  const LabRun run = lab_done("match " + a + " " + b + " --corners 300 --out " + path("m.txt"));
   const auto lines = read_numbers(path("m.txt"));
   ASSERT_EQ(lines.size(), run.json["matches"].get<std::size_t>());
   EXPECT_GT(lines.size(), 100U);
@@ -111,9 +108,8 @@ TEST_F(LabGenerated, RelativePoseOfTwoDifferentDistortedCameras) {
     matches << 500 * a.x() + 319.5 + noise(random) << " " << 510 * a.y() + 239.5 + noise(random) << " " << xb << " "
             << yb << (i % 2 == 0 ? " 0.5" : "") << "\n";
   }
-  const LabRun run = lab("relpose " + write("m.txt", matches.str()) + " --camera " + camera_a + " --camera-b " +
-                         camera_b + " --seed 3 --repeat 3");
-  ASSERT_EQ(run.status, 0) << run.err;
+  const LabRun run = lab_done("relpose " + write("m.txt", matches.str()) + " --camera " + camera_a + " --camera-b " +
+                              camera_b + " --seed 3 --repeat 3");
   EXPECT_EQ(run.verdict(), "ok");
   const auto q = run.json["rotation_b_from_a"].get<std::vector<double>>();
   const auto t = run.json["direction_b"].get<std::vector<double>>();
@@ -138,8 +134,7 @@ TEST_F(LabGenerated, HomographyRowByRow) {
     matches << a.x() << " " << a.y() << " " << b.x() << " " << b.y() << "\n";
   }
   const std::string list = write("m.txt", matches.str());
-  const LabRun run = lab("homography " + list);
-  ASSERT_EQ(run.status, 0) << run.err;
+  const LabRun run = lab_done("homography " + list);
   EXPECT_EQ(run.verdict(), "ok");
   EXPECT_NEAR(run.number("inliers"), 160, 2);
   const auto rows = run.json["homography"].get<std::vector<std::vector<double>>>();
@@ -166,8 +161,7 @@ TEST_F(LabGenerated, FundamentalMatrixHoldsItsInliers) {
     pairs.push_back({a, b});
     matches << a.x() << " " << a.y() << " " << b.x() << " " << b.y() << "\n";
   }
-  const LabRun run = lab("fundamental " + write("m.txt", matches.str()));
-  ASSERT_EQ(run.status, 0) << run.err;
+  const LabRun run = lab_done("fundamental " + write("m.txt", matches.str()));
   EXPECT_EQ(run.verdict(), "ok");
   const auto rows = run.json["fundamental"].get<std::vector<std::vector<double>>>();
   Matrix3d f;
@@ -247,8 +241,7 @@ Window disturbed_window() {
 
 TEST_F(LabGenerated, BundleReachesTheNoiseAndItsResultFileSaysTheSame) {
   const Window before = disturbed_window();
-  const LabRun run = lab("bundle " + write("w.txt", text_of(before)) + " --out " + path("r.txt") + " --repeat 2");
-  ASSERT_EQ(run.status, 0) << run.err;
+  const LabRun run = lab_done("bundle " + write("w.txt", text_of(before)) + " --out " + path("r.txt") + " --repeat 2");
   EXPECT_EQ(run.verdict(), "ok");
 
   const auto lines = read_numbers(path("r.txt"));
@@ -273,16 +266,14 @@ TEST_F(LabGenerated, BundleReachesTheNoiseAndItsResultFileSaysTheSame) {
 TEST_F(LabGenerated, BundleTakesItsOwnResult) {
   const std::string out = path("r.txt");
   ASSERT_EQ(lab("bundle " + write("w.txt", text_of(disturbed_window())) + " --out " + out).status, 0);
-  const LabRun again = lab("bundle " + out + " --robust 2 --out " + path("rr.txt"));
-  ASSERT_EQ(again.status, 0) << again.err;
+  const LabRun again = lab_done("bundle " + out + " --robust 2 --out " + path("rr.txt"));
   EXPECT_LE(again.number("iterations"), 3);
 }
 
 TEST_F(LabGenerated, StereoGivesTheShiftAndMarksWhatItCannotSee) {
   const std::string left = write_window("l.pgm", 0, 0), right = write_window("r.pgm", 9, 0);
-  const LabRun run = lab("stereo " + left + " " + right + " --min-disparity -4 --max-disparity 27 --out " +
-                         path("d.pfm") + " --sigma " + path("s.pfm"));
-  ASSERT_EQ(run.status, 0) << run.err;
+  const LabRun run = lab_done("stereo " + left + " " + right + " --min-disparity -4 --max-disparity 27 --out " +
+                              path("d.pfm") + " --sigma " + path("s.pfm"));
   const host::Raster<float> disparity = host::read_pfm(path("d.pfm")), sigma = host::read_pfm(path("s.pfm"));
   ASSERT_EQ(disparity.width, 320);
   std::size_t right_ones = 0, valid = 0;
@@ -340,8 +331,7 @@ TEST_F(LabGenerated, StereoSaysThatARangeHoldsAPartOfTheGround) {
                {" --min-disparity 0 --max-disparity 16", "range_too_small", 0, 0.45},
                {" --min-disparity 16 --max-disparity 40", "range_too_small", 0.45, 0}};
   for (const auto& one : cases) {
-    const LabRun run = lab("stereo " + left + " " + right + one.range + " --out " + path("d.pfm"));
-    ASSERT_EQ(run.status, 0) << run.err;
+    const LabRun run = lab_done("stereo " + left + " " + right + one.range + " --out " + path("d.pfm"));
     EXPECT_EQ(run.json["verdict"], one.verdict) << one.range << run.json;
     EXPECT_NEAR(run.number("below"), one.below, 0.06) << one.range;
     EXPECT_NEAR(run.number("above"), one.above, 0.06) << one.range;
@@ -360,8 +350,7 @@ TEST_F(LabGenerated, EncodedFileFitsAndOpens) {
   }
   host::write_png(path("m.png"), mask.view());
   const LabRun run =
-      lab("encode " + image + " --mask " + path("m.png") + " --bpp 0.8 --layers 3 --out " + path("x.jp2"));
-  ASSERT_EQ(run.status, 0) << run.err;
+      lab_done("encode " + image + " --mask " + path("m.png") + " --bpp 0.8 --layers 3 --out " + path("x.jp2"));
   const auto bytes = std::filesystem::file_size(path("x.jp2"));
   EXPECT_EQ(bytes, run.json["bytes"].get<std::uintmax_t>());
   EXPECT_LE(static_cast<double>(bytes), 0.8 * 320 * 240 / 8);
@@ -380,12 +369,10 @@ TEST_F(LabGenerated, EncodedFileFitsAndOpens) {
 
 TEST_F(LabGenerated, LosslessIsExactAndTooFewBytesAreAVerdict) {
   const std::string image = write_window("i.pgm", 0, 0);
-  const LabRun exact = lab("encode " + image + " --lossless --out " + path("x.jp2"));
-  ASSERT_EQ(exact.status, 0) << exact.err;
+  const LabRun exact = lab_done("encode " + image + " --lossless --out " + path("x.jp2"));
   EXPECT_TRUE(exact.json["exact_inside"].get<bool>());
   EXPECT_TRUE(exact.json["psnr_inside_db"].is_null());
-  const LabRun poor = lab("encode " + image + " --lossless --bpp 0.5 --out " + path("y.jp2"));
-  ASSERT_EQ(poor.status, 0) << poor.err;
+  const LabRun poor = lab_done("encode " + image + " --lossless --bpp 0.5 --out " + path("y.jp2"));
   EXPECT_EQ(poor.verdict(), "grant_too_small");
   EXPECT_FALSE(std::filesystem::exists(path("y.jp2")));
 }
@@ -405,14 +392,12 @@ TEST_F(LabGenerated, RichnessSeesTextureReliefAndMask) {
   host::write_pfm(path("level.pfm"), level.view());
   host::write_pfm(path("rough.pfm"), rough.view());
 
-  const LabRun plain = lab("richness " + image), dull = lab("richness " + path("flat.pgm"));
-  ASSERT_EQ(plain.status, 0) << plain.err;
+  const LabRun plain = lab_done("richness " + image), dull = lab("richness " + path("flat.pgm"));
   ASSERT_EQ(dull.status, 0) << dull.err;
   EXPECT_GT(plain.number("index"), dull.number("index") + 0.1);
   EXPECT_FALSE(plain.json["has_terrain"].get<bool>());
   const LabRun flat_ground = lab("richness " + image + " --depth " + path("level.pfm"));
-  const LabRun hills = lab("richness " + image + " --depth " + path("rough.pfm") + " --mask " + path("half.pgm"));
-  ASSERT_EQ(hills.status, 0) << hills.err;
+  const LabRun hills = lab_done("richness " + image + " --depth " + path("rough.pfm") + " --mask " + path("half.pgm"));
   EXPECT_TRUE(hills.json["has_terrain"].get<bool>());
   EXPECT_NEAR(flat_ground.number("relief"), 0, 1e-3);
   EXPECT_NEAR(hills.number("relief"), 8.0 / 50, 0.04);
@@ -453,8 +438,7 @@ TEST_F(LabGenerated, RectifiedGroundMatchesRowByRow) {
   write("images.txt", images.str());
   write("points3D.txt", points.str());
   const LabRun run =
-      lab("rectify " + path("a.png") + " " + path("b.png") + " --model " + path("") + " --out " + path("rect"));
-  ASSERT_EQ(run.status, 0) << run.err;
+      lab_done("rectify " + path("a.png") + " " + path("b.png") + " --model " + path("") + " --out " + path("rect"));
   EXPECT_EQ(run.json["method"], "homography");
   EXPECT_LT(run.number("max_vertical_error_px"), 1e-6);
   EXPECT_GT(run.number("points"), 30);
@@ -462,9 +446,7 @@ TEST_F(LabGenerated, RectifiedGroundMatchesRowByRow) {
   // The ground is a plane, so are its disparities; where the matcher finds them, rows agree.
   const std::string range =
       " --min-disparity " + run.json["min_disparity"].dump() + " --max-disparity " + run.json["max_disparity"].dump();
-  const LabRun stereo =
-      lab("stereo " + path("rect/left.png") + " " + path("rect/right.png") + range + " --out " + path("d.pfm"));
-  ASSERT_EQ(stereo.status, 0) << stereo.err;
+  lab_done("stereo " + path("rect/left.png") + " " + path("rect/right.png") + range + " --out " + path("d.pfm"));
   const host::Raster<std::uint8_t> left = host::read_gray(path("rect/left.png")),
                                    right = host::read_gray(path("rect/right.png"));
   const host::Raster<std::uint8_t> inside = host::read_gray(path("rect/left_valid.png"));

@@ -46,6 +46,12 @@ LabRun LabTest::lab(const std::string& arguments) const {
   return run;
 }
 
+LabRun LabTest::lab_done(const std::string& arguments) const {
+  LabRun run = lab(arguments);
+  EXPECT_EQ(run.status, 0) << run.err;
+  return run;
+}
+
 std::string LabTest::write(const std::string& name, const std::string& text) const {
   std::ofstream(path(name), std::ios::binary) << text;
   return path(name);

@@ -28,6 +28,8 @@ class LabTest : public ::testing::Test {
   void TearDown() override;
 
   [[nodiscard]] LabRun lab(const std::string& arguments) const;
+  /// The test fails where the program does not end with status 0.
+  LabRun lab_done(const std::string& arguments) const;
   [[nodiscard]] std::string path(const std::string& name) const { return (folder_ / name).string(); }
   std::string write(const std::string& name, const std::string& text) const;
   /// A file of the shared data, or empty when the data are absent.

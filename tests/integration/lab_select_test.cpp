@@ -77,8 +77,7 @@ const std::vector<std::size_t> compared_with = {99, 0, 0, 0, 3, 4, 99, 6, 7, 8, 
 
 TEST_F(LabSelect, KnownOverlapsGiveTheKnownChoice) {
   add_windows(places);
-  const LabRun run = lab("select " + strip() + " --target 0.82 --minimum 0.55 --json");
-  ASSERT_EQ(run.status, 0) << run.err;
+  const LabRun run = lab_done("select " + strip() + " --target 0.82 --minimum 0.55 --json");
   EXPECT_EQ(decisions(run), chosen) << run.out;
   for (std::size_t i = 0; i < places.size(); ++i) {
     const auto& image = run.json["images"][i];
@@ -116,8 +115,7 @@ TEST_F(LabSelect, AVideoIsChosenFromAsItsImagesAre) {
   EXPECT_EQ(lab("select --y4m " + file + " --list").out, kept_frames);
   // The last frame is cut off; what came before it stays.
   write("short.y4m", video.substr(0, video.size() - 100));
-  const LabRun cut = lab("select --y4m " + path("short.y4m") + " --json");
-  ASSERT_EQ(cut.status, 0) << cut.err;
+  const LabRun cut = lab_done("select --y4m " + path("short.y4m") + " --json");
   EXPECT_EQ(decisions(cut), chosen.substr(0, 10) + "x");
 }
 
@@ -129,8 +127,7 @@ TEST_F(LabSelect, TheTableSaysWhatHappenedToEveryImage) {
   add("e.pgm", Gray(width, 100, 90));
   write("strip/f.pgm", "P5 320 240 255\nshort");
   add("g.pgm", window(80));
-  const LabRun run = lab("select " + strip());
-  ASSERT_EQ(run.status, 0) << run.err;
+  const LabRun run = lab_done("select " + strip());
   std::vector<std::string> lines;
   std::istringstream text(run.out);
   for (std::string line; std::getline(text, line);) lines.push_back(line);
@@ -157,16 +154,14 @@ TEST_F(LabSelect, ADarkImageBetweenTwoUnrelatedOnesLosesNeither) {
   add("b.pgm", window(5000));
   add("c.pgm", Gray(width, height, 1));
   add("d.pgm", window(5020));
-  const LabRun run = lab("select " + strip() + " --json");
-  ASSERT_EQ(run.status, 0) << run.err;
+  const LabRun run = lab_done("select " + strip() + " --json");
   EXPECT_EQ(decisions(run), "NNrk") << run.out;
 }
 
 TEST_F(LabSelect, TheNearestToTheTargetIsKeptThoughAnotherCameLater) {
   // The balloon swings back before the gap: b, not c, reaches farthest towards d.
   add_windows({0, 50, 30, 190});
-  const LabRun run = lab("select " + strip() + " --json");
-  ASSERT_EQ(run.status, 0) << run.err;
+  const LabRun run = lab_done("select " + strip() + " --json");
   EXPECT_EQ(decisions(run), "Nksk") << run.out;
   EXPECT_NEAR(run.json["images"][3]["overlap"].get<double>(), 1 - 140.0 / width, 0.01);
 }
@@ -192,8 +187,7 @@ TEST_F(LabSelect, AFullTurnIsSearchedWhenAskedFor) {
   const LabRun straight = lab(line);
   EXPECT_EQ(decisions(straight), "NN");
   EXPECT_NE(straight.json["images"][1]["reason"].get<std::string>().find("nothing in it matches"), std::string::npos);
-  const LabRun turned = lab(line + " --full-turn");
-  ASSERT_EQ(turned.status, 0) << turned.err;
+  const LabRun turned = lab_done(line + " --full-turn");
   EXPECT_EQ(decisions(turned), "Nk") << turned.out;
   EXPECT_NEAR(std::fabs(turned.json["images"][1]["rotation_deg"].get<double>()), 180, 0.5);
   EXPECT_NEAR(turned.json["images"][1]["overlap"].get<double>(), 0.75, 0.01);

@@ -151,9 +151,8 @@ TEST_F(LabCalibrateTarget, FindsTheCameraOfRenderedBoards) {
   const RenderedCamera truth;
   std::string pictures;
   for (std::size_t i = 0; i < poses.size(); ++i) pictures += board(i) + " ";
-  const LabRun run = lab("calibrate-target " + pictures + "--board 9x6 --out " + path("camera.txt") + " --picture " +
-                         path("residuals.svg"));
-  ASSERT_EQ(run.status, 0) << run.err;
+  const LabRun run = lab_done("calibrate-target " + pictures + "--board 9x6 --out " + path("camera.txt") +
+                              " --picture " + path("residuals.svg"));
   EXPECT_EQ(run.json.at("pictures").size(), poses.size()) << run.out;
   EXPECT_LT(run.number("rms_px"), 0.1);
   for (std::size_t i = 0; i < poses.size(); ++i) {
@@ -177,8 +176,7 @@ TEST_F(LabCalibrateTarget, FindsTheCameraOfRenderedBoards) {
 TEST_F(LabCalibrateTarget, PicturesWithoutTheBoardAreNamedAndLeftOut) {
   std::string pictures;
   for (std::size_t i = 0; i < 5; ++i) pictures += board(i) + " ";
-  const LabRun run = lab("calibrate-target " + pictures + grey("empty.png", 640, 480));
-  ASSERT_EQ(run.status, 0) << run.err;
+  const LabRun run = lab_done("calibrate-target " + pictures + grey("empty.png", 640, 480));
   EXPECT_EQ(run.json.at("pictures").size(), 5U);
   ASSERT_EQ(run.json.at("without_board").size(), 1U);
   EXPECT_EQ(run.json.at("without_board").at(0).get<std::string>(), path("empty.png"));
@@ -236,9 +234,8 @@ class LabCalibrateCharuco : public LabCalibrateTarget {
 };
 
 TEST_F(LabCalibrateCharuco, FindsTheCameraOfBoardsThatAreSeenInPart) {
-  const LabRun run = lab("calibrate-target " + pictures(poses.size()) + "--board 9x6 --charuco 5x5_100 --out " +
-                         path("camera.txt") + " --picture " + path("residuals.svg"));
-  ASSERT_EQ(run.status, 0) << run.err;
+  const LabRun run = lab_done("calibrate-target " + pictures(poses.size()) + "--board 9x6 --charuco 5x5_100 --out " +
+                              path("camera.txt") + " --picture " + path("residuals.svg"));
   EXPECT_EQ(run.json.at("pictures").size(), poses.size()) << run.out;
   EXPECT_LT(run.number("rms_px"), 0.2);
   std::size_t in_part = 0;

@@ -35,9 +35,8 @@ class LabWorldMap : public LabTest {
 };
 
 TEST_F(LabWorldMap, HeightsOfBothLayersAreThoseOfTheWorld) {
-  const LabRun run =
-      lab("world-map mars-plains --pixel 1 --area -100,-60,300,200 --sun 200,40 --height-sigma 0 --out " + path("map"));
-  ASSERT_EQ(run.status, 0) << run.err;
+  lab_done("world-map mars-plains --pixel 1 --area -100,-60,300,200 --sun 200,40 --height-sigma 0 --out " +
+           path("map"));
   const auto directory = std::make_unique<MapDirectory>();
   std::vector<std::unique_ptr<MapTile>> tiles;
   read(*directory, tiles);
@@ -76,8 +75,7 @@ TEST_F(LabWorldMap, TilesTakeTheBytesThatThePageStates) {
   };
   for (const Case& c : {Case{"mars-plains --pixel 0.82 --area -150,-150,269,59", 170e3},
                         Case{"mars-canyon --pixel 2.5 --area -450,-400,829,239", 20e3}}) {
-    const LabRun run = lab(std::string("world-map ") + c.world + " --features 0 --coarse 1 --out " + path("map"));
-    ASSERT_EQ(run.status, 0) << run.err;
+    const LabRun run = lab_done(std::string("world-map ") + c.world + " --features 0 --coarse 1 --out " + path("map"));
     const auto& layer = run.json.at("layers")[0];
     const double per_km2 = layer.at("bytes").get<double>() / layer.at("km2").get<double>();
     EXPECT_LT(per_km2, 1.5 * c.per_km2) << c.world;
@@ -87,8 +85,7 @@ TEST_F(LabWorldMap, TilesTakeTheBytesThatThePageStates) {
 
 TEST_F(LabWorldMap, TheSameWorldGivesTheSameMapAndAnotherSunAnotherImage) {
   const std::string command = "world-map mars-plains --pixel 2 --coarse 1 --area 0,0,400,400 --out " + path("map");
-  const LabRun first = lab(command);
-  ASSERT_EQ(first.status, 0) << first.err;
+  const LabRun first = lab_done(command);
   EXPECT_EQ(lab(command).json.at("map"), first.json.at("map"));
   const LabRun turned = lab(command + " --sun-turn 90");
   EXPECT_NE(turned.json.at("map"), first.json.at("map"));

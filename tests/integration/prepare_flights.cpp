@@ -1,36 +1,19 @@
 // Renders the flights that the integration tests share, and flies the first of them once without interruption.
 //   prepare_flights FOLDER ILP_SIL
 
-#include <cmath>
 #include <cstdlib>
 #include <exception>
 #include <filesystem>
 #include <iostream>
-#include <numbers>
 
 #include "sim/world/render_flight.hpp"
+#include "tests/support/calm_scenario.hpp"
 
 namespace {
 
-/// Half the default camera's resolution, every second of its frames: the same overlap costs an eighth. Calm air and a
-/// slow swing of 70 s: what these tests look at does not hang on how a gust moves the keyframes.
+/// Half the default camera's resolution, every second of its frames: the same overlap costs an eighth.
 ilp::world::Scenario small_flight(int frames) {
-  ilp::world::Scenario scenario;
-  scenario.effects.read_noise_grey = 1;
-  ilp::world::FlightParams& flight = scenario.flight;
-  flight.frames = frames;
-  flight.interval_s = 4;
-  flight.gust_m_s = 0;
-  flight.swing_damping = 0;
-  flight.swing_rad = 0.044;
-  flight.gravity_m_s2 = flight.suspension_m * std::pow(2 * std::numbers::pi / 70, 2);
-  flight.camera.width /= 2;
-  flight.camera.height /= 2;
-  flight.camera.fx /= 2;
-  flight.camera.fy /= 2;
-  flight.camera.cx = (flight.camera.width - 1) / 2.0;
-  flight.camera.cy = (flight.camera.height - 1) / 2.0;
-  return scenario;
+  return ilp::test::calm_scenario(frames, 320, 240, 275);
 }
 
 /// A gondola that goes on swinging over steep or flat ground: it shows the camera, or would if the ground had relief.

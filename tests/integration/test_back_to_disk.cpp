@@ -10,6 +10,7 @@
 #include "sim/world/scenario.hpp"
 #include "sim/world/terrain.hpp"
 #include "tests/integration/flight_board.hpp"
+#include "tests/support/store_records.hpp"
 #include "tests/unit/hal/expect_status.hpp"
 
 namespace ilp {
@@ -81,10 +82,7 @@ class BackToDisk : public testing::Test {
   }
   template <typename Record>
   std::vector<Record> all() {
-    std::vector<Record> list;
-    Record record;
-    for (std::int64_t id = 0; next(board_.store->store(), id, record).ok(); id = record.id) list.push_back(record);
-    return list;
+    return test::records_of<Record>(board_.store->store());
   }
 
   PassingCamera camera_;

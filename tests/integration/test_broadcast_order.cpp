@@ -18,6 +18,7 @@
 #include "tests/support/delivery_rig.hpp"
 #include "tests/support/flight_kit.hpp"
 #include "tests/support/step_memory.hpp"
+#include "tests/support/store_records.hpp"
 
 namespace ilp::test {
 namespace {
@@ -29,8 +30,7 @@ class Beginnings {
   /// The names that are new since the last call.
   std::vector<std::string> look(Store& store) {
     std::map<std::int64_t, std::string> fresh;
-    TransferRecord record;
-    while (next(store, record.id, record).ok()) {
+    for (const TransferRecord& record : records_of<TransferRecord>(store)) {
       const std::string name = record.name;
       if (record.sequence > newest_ && name.starts_with("product-")) fresh[record.sequence] = name;
     }
@@ -170,8 +170,7 @@ TEST_P(BroadcastOrder, TheLinkDoesNotRunDry) {
   for (int k = 1; k <= 40; ++k) add(k, 0.5);
   while (arrived.size() < 40 && rig.now_s() < 300) fly_to(rig.now_s() + 0.1);
   double bytes = 0;
-  DownlinkRecord sent;
-  while (next(rig.store, sent.id, sent).ok()) bytes += sent.bytes;
+  for (const DownlinkRecord& sent : records_of<DownlinkRecord>(rig.store)) bytes += sent.bytes;
   // As long as with all files in the queue at once. Headers take 5 %; of what is lost, the ends cost timers.
   const double most = GetParam() == 0 ? 1.08 : 2.2;
   EXPECT_LE(rig.now_s(), most * bytes / rig.mission.link_bytes_per_s) << bytes;
@@ -193,10 +192,9 @@ class BroadcastFlight : public testing::Test {
   /// The products of which nothing has been handed over, whose keyframe's records have been.
   void look_at_waiting(TimeNs now) {
     std::int64_t records_through = 0;
-    DownlinkRecord sent;
-    while (next(store, sent.id, sent).ok()) records_through = std::max(records_through, sent.records_through);
-    ProductRecord product;
-    while (next(store, product.id, product).ok()) {
+    for (const DownlinkRecord& sent : records_of<DownlinkRecord>(store))
+      records_through = std::max(records_through, sent.records_through);
+    for (const ProductRecord& product : records_of<ProductRecord>(store)) {
       const bool waits = product.state == ProductState::stored && product.layers_sent == 0;
       if (!waits || product.keyframe_id > records_through) {
         waiting.erase(product.id);
@@ -241,7 +239,7 @@ TEST_F(BroadcastFlight, OverTwoPercentOfTheRawBitsProductsArriveInTheOrderOfThei
   mission.link_bytes_per_s = 768;
   mission.pass_period_s = 60;
   mission.pass_length_s = 40;
-  StepClock clock;
+  StillClock clock;
   RecordedCamera camera;
   ConfirmingLink unused;
   const auto station = std::make_unique<faults::PacketGround>(clock);

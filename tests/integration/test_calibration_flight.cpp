@@ -47,8 +47,7 @@ class CalibrationFlightTest : public testing::Test {
     return words;
   }
   void fly(const fs::path& flight, const fs::path& camera, const std::string& mission) const {
-    const test::ProgramResult result = test::run_program(command(flight, camera, mission));
-    ASSERT_EQ(result.exit_status, 0) << result.output;
+    test::run_well(command(flight, camera, mission));
   }
 
   test::TemporaryFolder folder;
@@ -102,8 +101,7 @@ TEST_F(CalibrationFlightTest, APowerCutWhileItWaitsForTheCameraChangesNothing) {
   for (const char* frames : {"1", "402", "841", "1290"}) {
     out = folder / (std::string("cut-") + frames);
     ASSERT_EQ(test::run_program(command(rugged, camera, unknown_camera, {"--power-cut-after", frames})).exit_status, 9);
-    const test::ProgramResult resumed = test::run_program(command(rugged, camera, unknown_camera, {"--resume"}));
-    ASSERT_EQ(resumed.exit_status, 0) << resumed.output;
+    test::run_well(command(rugged, camera, unknown_camera, {"--resume"}));
     test::expect_same_files(uninterrupted, test::results_of(out));
     EXPECT_DOUBLE_EQ(test::records_of<CameraRecord>(out)[0].fx, frozen[0].fx);
   }
@@ -119,8 +117,7 @@ TEST_F(CalibrationFlightTest, KilledAtAnyInstantAgainAndAgainItFindsTheSameCamer
   bool ended = false;
   for (int boot = 0; boot < 10 && !ended; ++boot) ended = test::run_and_kill(resume, 80 + 61 * boot);
   if (!ended) {
-    const test::ProgramResult last = test::run_program(resume);
-    ASSERT_EQ(last.exit_status, 0) << last.output;
+    test::run_well(resume);
   }
   test::expect_same_files(uninterrupted, test::results_of(out));
 }
@@ -154,30 +151,29 @@ TEST_F(CalibrationFlightTest, AShortPatienceFreezesTheCameraEarlyAndEveryKeyfram
 /// Plains under a camera that swings, with a rolling shutter of 30 ms of which the flight is not told.
 TEST_F(CalibrationFlightTest, TheReadoutTimeIsFoundWhereTheFlightSwings) {
   test::write_file(folder / "mission.ini", "[calibration]\nreadout_sigma_s = 0.05\n");
-  const test::ProgramResult flown = test::run_program({ILP_SIL,
-                                                       "--scenario",
-                                                       "mars-plains",
-                                                       "--seed",
-                                                       "21",
-                                                       "--frames",
-                                                       "36",
-                                                       "--set",
-                                                       "flight.drift_m_s=10",
-                                                       "--set",
-                                                       "flight.interval_s=0.5",
-                                                       "--set",
-                                                       "flight.gravity_m_s2=9.81",
-                                                       "--set",
-                                                       "flight.swing_rad=0.08",
-                                                       "--set",
-                                                       "flight.suspension_m=4",
-                                                       "--set",
-                                                       "effects.readout_s=0.03",
-                                                       "--mission",
-                                                       folder / "mission.ini",
-                                                       "--out",
-                                                       out.string()});
-  ASSERT_EQ(flown.exit_status, 0) << flown.output;
+  test::run_well({ILP_SIL,
+                  "--scenario",
+                  "mars-plains",
+                  "--seed",
+                  "21",
+                  "--frames",
+                  "36",
+                  "--set",
+                  "flight.drift_m_s=10",
+                  "--set",
+                  "flight.interval_s=0.5",
+                  "--set",
+                  "flight.gravity_m_s2=9.81",
+                  "--set",
+                  "flight.swing_rad=0.08",
+                  "--set",
+                  "flight.suspension_m=4",
+                  "--set",
+                  "effects.readout_s=0.03",
+                  "--mission",
+                  folder / "mission.ini",
+                  "--out",
+                  out.string()});
   const auto cameras = test::records_of<CameraRecord>(out);
   ASSERT_EQ(cameras.size(), 3U);
   EXPECT_EQ(cameras[0].frozen, 1);
@@ -209,8 +205,7 @@ TEST_F(CalibrationFlightTest, AGivenCameraThatIsWrongIsContradictedWhileTheStrip
   ASSERT_EQ(cameras.size(), 2U) << "the camera and its copy";
   EXPECT_EQ(cameras[0].fx, cameras[1].fx);
   // It is said before anything else.
-  const test::ProgramResult map = test::run_program({ILP_GROUND, (out / "outbox").string(), "--out", folder / "map"});
-  ASSERT_EQ(map.exit_status, 0) << map.output;
+  const test::ProgramResult map = test::run_well({ILP_GROUND, (out / "outbox").string(), "--out", folder / "map"});
   const std::size_t said = map.output.find("contradict the camera: their statistic is");
   EXPECT_LT(said, map.output.find("posed,")) << map.output;
   ILP_NEED_TOOL("node");
@@ -232,8 +227,7 @@ TEST_F(CalibrationFlightTest, AGivenCameraThatIsRightIsNotContradicted) {
 }
 
 TEST_F(CalibrationFlightTest, ImagesWithoutACameraFileAreFlownWithAGuess) {
-  const test::ProgramResult result = test::run_program({ILP_SIL, "--images", rugged.string(), "--out", out.string()});
-  ASSERT_EQ(result.exit_status, 0) << result.output;
+  const test::ProgramResult result = test::run_well({ILP_SIL, "--images", rugged.string(), "--out", out.string()});
   EXPECT_NE(result.output.find("not known"), std::string::npos) << result.output;
   const auto cameras = test::records_of<CameraRecord>(out);
   ASSERT_EQ(cameras.size(), 3U);

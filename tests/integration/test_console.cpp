@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "tests/integration/running_program.hpp"
+#include "tests/support/said.hpp"
 #include "tests/unit/ground/export/tool.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
 
@@ -79,13 +80,11 @@ TEST_F(ConsoleTest, AScriptCommandsTheFlightAndItsFilesComeDown) {
     EXPECT_TRUE(says(result, text)) << text << "\n" << result.output;
   }
   EXPECT_EQ(program.stop(), 0) << program.output();
-  std::ifstream info(path("flight") / "flight-info.json");
-  const std::string written{std::istreambuf_iterator<char>(info), std::istreambuf_iterator<char>()};
+  const std::string written = test::text_of(path("flight") / "flight-info.json");
   EXPECT_NE(written.find("\"target_overlap\": 0.9,"), std::string::npos) << "what was set counts: " << written;
   std::size_t images = 0;
   for (const fs::path& file : files_in(path("down"))) {
-    std::ifstream in(file, std::ios::binary);
-    const std::string content{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+    const std::string content = test::text_of(file);
     EXPECT_TRUE(says(result, "file: " + file.filename().string() + ", " + std::to_string(content.size()) + " bytes"));
     if (file.extension() != ".jp2") continue;
     ++images;
@@ -161,11 +160,6 @@ TEST_F(ConsoleTest, WithAuthenticatedFileTransfersFilesComeDownAndGoUpOverAResta
   EXPECT_FALSE(says(second, "files_delivered 0\n")) << second.output;
 }
 
-std::string content_of(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-}
-
 TEST_F(ConsoleTest, AMapGoesUpAndLiesOnBoardAsItWasMade) {
   const fs::path map = path("map"), on_board = path("on-board");
   const ToolResult made = test::run_tool(
@@ -181,7 +175,7 @@ TEST_F(ConsoleTest, AMapGoesUpAndLiesOnBoardAsItWasMade) {
   const std::vector<fs::path> files = files_in(map);
   EXPECT_GE(files.size(), 4U);
   for (const fs::path& file : files) {
-    EXPECT_TRUE(content_of(on_board / file.filename()) == content_of(file)) << file.filename();
+    EXPECT_TRUE(test::text_of(on_board / file.filename()) == test::text_of(file)) << file.filename();
   }
   EXPECT_EQ(files_in(on_board).size(), files.size());
 }

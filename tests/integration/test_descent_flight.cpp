@@ -30,8 +30,7 @@ fs::path descended(const char* name, const char* mission) {
         "camera.height=240", "camera.fx=275", "camera.fy=275", "camera.cx=-1", "camera.cy=-1"}) {
     command.insert(command.end(), {"--set", set});
   }
-  const test::ProgramResult result = test::run_program(command);
-  EXPECT_EQ(result.exit_status, 0) << result.output;
+  test::run_well(command);
   return out;
 }
 

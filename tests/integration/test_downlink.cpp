@@ -148,8 +148,7 @@ TEST(LinkedDownlinkTest, OfStripsThatComeBackToTheirGroundWhatCameIsJoinedAndThe
   const test::OwnFlight flight(folder / "flight");
   flight.come_back();
   const fs::path out = folder / "out";
-  const test::ProgramResult flown_back = test::run_program(test::sil_command(flight.folder(), out));
-  ASSERT_EQ(flown_back.exit_status, 0) << flown_back.output;
+  test::run_well(test::sil_command(flight.folder(), out));
   const std::vector<fs::path> sent = intake::files_of(out / "outbox");
   const fs::path whole_out = folder / "whole";
   const report::Report whole = run(out / "outbox", whole_out);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "tests/integration/endless_flight.hpp"
+#include "tests/support/store_records.hpp"
 #include "tests/unit/hal/small_disk.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
 
@@ -134,10 +135,8 @@ TEST(EndlessFlight, DamagedProductsAreGivenUpWithAWordAndItGoesOn) {
     if (waiting == 0) return;
     ++damaged;
     const std::uint8_t junk[] = {0xAA, 0x55, 0xAA, 0x55, 0xAA};
-    Transaction transaction(store);
-    ASSERT_TRUE(transaction.begin().ok());
-    ASSERT_TRUE(write_blob<ProductRecord>(store, "data", waiting, 200, junk).ok());
-    ASSERT_TRUE(transaction.commit().ok());
+    test::in_transaction(store,
+                         [&] { ASSERT_TRUE(write_blob<ProductRecord>(store, "data", waiting, 200, junk).ok()); });
   };
   const test::EndlessResult result = test::fly_endlessly(path, test::endless_mission(), options);
   EXPECT_EQ(result.keyframes, options.keyframes);

@@ -171,8 +171,7 @@ TEST(FlightTest, NoComponentFailedOnTheWay) {
 TEST(FlightTest, TwoFlightsOverTheSameImagesLeaveTheSameBytes) {
   const test::TemporaryFolder folder;
   const fs::path out = folder / "out";
-  const test::ProgramResult result = test::run_program(test::sil_command(plain, out));
-  ASSERT_EQ(result.exit_status, 0) << result.output;
+  test::run_well(test::sil_command(plain, out));
   test::expect_same_files(test::results_of(uninterrupted), test::results_of(out));
   EXPECT_GE(test::results_of(out).size(), 24U);
 }
@@ -181,8 +180,7 @@ TEST(FlightTest, ThroughADistortingLensItIsAsGood) {
   const fs::path distorted = test::prepared_flights() / "distorted";
   const test::TemporaryFolder folder;
   const fs::path out = folder / "out";
-  const test::ProgramResult result = test::run_program(test::sil_command(distorted, out));
-  ASSERT_EQ(result.exit_status, 0) << result.output;
+  test::run_well(test::sil_command(distorted, out));
   const intake::Flight flight = received(out);
   ASSERT_TRUE(flight.camera);
   EXPECT_EQ(flight.camera->k1, -0.1);
@@ -206,9 +204,7 @@ TEST(FlightTest, TheSameFramesAsAVideoGiveTheSameKeyframes) {
     }
   }
   const fs::path out = folder / "out";
-  const test::ProgramResult result = test::run_program(
-      {ILP_SIL, "--y4m", "-", "--camera", (plain / "cameras.txt").string(), "--out", out.string()}, video);
-  ASSERT_EQ(result.exit_status, 0) << result.output;
+  test::run_well({ILP_SIL, "--y4m", "-", "--camera", (plain / "cameras.txt").string(), "--out", out.string()}, video);
   const auto expected = test::records_of<KeyframeRecord>(uninterrupted);
   const auto keyframes = test::records_of<KeyframeRecord>(out);
   ASSERT_EQ(keyframes.size(), expected.size());

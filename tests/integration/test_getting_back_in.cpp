@@ -10,6 +10,7 @@
 #include "fsw/packets/service_schedule.hpp"
 #include "hal/store/sqlite/checked_vfs.hpp"
 #include "tests/integration/flight_board.hpp"
+#include "tests/support/store_records.hpp"
 #include "tests/unit/hal/expect_status.hpp"
 
 namespace ilp {
@@ -65,6 +66,12 @@ class GettingBackIn : public testing::Test {
     ASSERT_TRUE(content.wanted.set(parameter_info(find_parameter(section, key)).number, value));
     ++content.configuration;
     ASSERT_TRUE(memory.keep(content).ok());
+  }
+
+  static void copy_small_memory(const std::string& from, const std::string& to) {
+    for (const char* const file : {".keep-1", ".keep-2"}) {
+      fs::copy_file(from + file, to + file, fs::copy_options::overwrite_existing);
+    }
   }
 
   std::unique_ptr<FlightBoard> board_ = std::make_unique<FlightBoard>();
@@ -464,16 +471,11 @@ TEST_F(GettingBackIn, ASettingThatWasCutOffBeforeTheSmallMemoryIsOnTrial) {
   ASSERT_EQ(board_->set("motion", "corners", 500), done);
   board_->stop();
   std::set<std::string> kept;
-  for (const char* const file : {".keep-1", ".keep-2"}) {
-    fs::copy_file(board_->database() + file, board_->folder / ("before" + std::string(file)));
-  }
+  copy_small_memory(board_->database(), board_->folder / "before");
   ASSERT_OK(board_->start());
   ASSERT_EQ(board_->set("link", "apid", 300), done);
   board_->stop();
-  for (const char* const file : {".keep-1", ".keep-2"}) {
-    fs::copy_file(board_->folder / ("before" + std::string(file)), board_->database() + file,
-                  fs::copy_options::overwrite_existing);
-  }
+  copy_small_memory(board_->folder / "before", board_->database());
   ASSERT_OK(board_->start());
   EXPECT_EQ(board_->in_force("link", "apid"), 300) << "the telecommand was answered as done";
   board_->fly_on(100);
@@ -483,16 +485,11 @@ TEST_F(GettingBackIn, ASettingThatWasCutOffBeforeTheSmallMemoryIsOnTrial) {
 
 TEST_F(GettingBackIn, TheFirstSettingOfAFlightThatWasCutOffBeforeTheSmallMemoryIsOnTrialToo) {
   board_->stop();
-  for (const char* const file : {".keep-1", ".keep-2"}) {
-    fs::copy_file(board_->database() + file, board_->folder / ("before" + std::string(file)));
-  }
+  copy_small_memory(board_->database(), board_->folder / "before");
   ASSERT_OK(board_->start());
   ASSERT_EQ(board_->set("contact", "closed_until_s", 1e9), done);
   board_->stop();
-  for (const char* const file : {".keep-1", ".keep-2"}) {
-    fs::copy_file(board_->folder / ("before" + std::string(file)), board_->database() + file,
-                  fs::copy_options::overwrite_existing);
-  }
+  copy_small_memory(board_->folder / "before", board_->database());
   ASSERT_OK(board_->start());
   EXPECT_FALSE(board_->ping()) << "no contact";
   board_->fly_on(100);
@@ -611,12 +608,10 @@ TEST_F(GettingBackIn, EveryDatabaseIsAnotherStoreEpochWithNumbersOfItsOwn) {
     ASSERT_OK(get(store, 1, identity));
     EXPECT_EQ(identity.life, store_epoch);
     EXPECT_EQ(identity.keyframe_base, (store_epoch - 1) * 100'000'000);
-    EventRecord event;
-    for (std::int64_t id = 0; next(store, id, event).ok(); id = event.id) {
+    for (const EventRecord& event : test::records_of<EventRecord>(store)) {
       EXPECT_TRUE(events.insert(event.id).second) << event.id;
     }
-    StartRecord start;
-    for (std::int64_t id = 0; next(store, id, start).ok(); id = start.id) {
+    for (const StartRecord& start : test::records_of<StartRecord>(store)) {
       EXPECT_TRUE(starts.insert(start.id).second) << start.id;
     }
     // Files of events go down by CFDP: sequence numbers of their PDUs.

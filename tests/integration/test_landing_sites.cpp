@@ -173,11 +173,9 @@ TEST(LandingSites, AreSafeAndAsProbableAsToldOnTheTrueGround) {
   int sites = 0, unsafe = 0;
   for (int seed = first_seed; seed < first_seed + flights; ++seed) {
     const fs::path flight = scratch.path() / std::to_string(seed), ground = flight / "ground";
-    const test::ProgramResult flown = test::run_program(sil_words(seed, flight));
-    ASSERT_EQ(flown.exit_status, 0) << flown.output;
+    test::run_well(sil_words(seed, flight));
     const test::ProgramResult mapped =
-        test::run_program({ILP_GROUND, flight / "outbox", "--out", ground, "--landing-sites", "6,8,1.4"});
-    ASSERT_EQ(mapped.exit_status, 0) << mapped.output;
+        test::run_well({ILP_GROUND, flight / "outbox", "--out", ground, "--landing-sites", "6,8,1.4"});
     EXPECT_NE(mapped.output.find("Landing sites of strip 1: "), std::string::npos) << mapped.output;
     EXPECT_TRUE(fs::exists(ground / "landing-sites.geojson"));
     measure(flight, ground, bins, sites, unsafe);
@@ -199,9 +197,8 @@ TEST(LandingSites, AreSafeAndAsProbableAsToldOnTheTrueGround) {
 TEST(LandingSites, AreRefusedWhereTheFlightDoesNotKnowWhatIsUp) {
   const test::TemporaryFolder scratch;
   const fs::path flight = test::prepared_flights() / "uninterrupted";
-  const test::ProgramResult mapped = test::run_program(
-      {ILP_GROUND, flight / "outbox", "--out", scratch.path() / "ground", "--landing-sites", "6,8,1.4"});
-  EXPECT_EQ(mapped.exit_status, 0) << mapped.output;
+  const test::ProgramResult mapped =
+      test::run_well({ILP_GROUND, flight / "outbox", "--out", scratch.path() / "ground", "--landing-sites", "6,8,1.4"});
   EXPECT_NE(mapped.output.find("none can be found: strip 1 does not know what is up"), std::string::npos)
       << mapped.output;
   EXPECT_FALSE(fs::exists(scratch.path() / "ground/landing-safe.tif"));

@@ -38,11 +38,9 @@ struct MapFlightFiles {
   fs::path map = folder / "map", out = folder / "flight", mission = folder / "mission.ini";
 
   MapFlightFiles() {
-    const test::ProgramResult made =
-        test::run_program({ILP_LAB, "world-map", "mars-plains", "--area=-150,-150,400,150", "--pixel", "1.6", "--body",
-                           "mars", "--origin", "137.4,-4.6", "--sun-turn", "34", "--features", "0", "--place-sigma",
-                           "0.5", "--out", map.string()});
-    EXPECT_EQ(made.exit_status, 0) << made.output;
+    test::run_well({ILP_LAB, "world-map", "mars-plains", "--area=-150,-150,400,150", "--pixel", "1.6", "--body", "mars",
+                    "--origin", "137.4,-4.6", "--sun-turn", "34", "--features", "0", "--place-sigma", "0.5", "--out",
+                    map.string()});
     std::ofstream(mission) << "[map]\nmap_sun_given = true\nmap_sun_azimuth_rad = 2.2\nmap_sun_elevation_rad = 0.55\n";
     const test::ProgramResult flown = fly_over(map, {}, out, {"--frames", "48"});
     EXPECT_EQ(flown.exit_status, 0) << flown.output;
@@ -178,8 +176,7 @@ TEST(MapFlight, TheGroundHasTheFixesAndFindsThemAgainInWhatCameDown) {
 
   const test::TemporaryFolder folder;
   const fs::path outbox = flown().out / "outbox", results = folder / "ground", found = folder / "fixes.json";
-  const test::ProgramResult reported = test::run_program({ILP_GROUND, outbox.string(), "--out", results.string()});
-  ASSERT_EQ(reported.exit_status, 0) << reported.output;
+  const test::ProgramResult reported = test::run_well({ILP_GROUND, outbox.string(), "--out", results.string()});
   EXPECT_EQ(reported.output.find("skipped"), std::string::npos) << reported.output;
   std::ifstream report(results / "report.json");
   const auto in_flight = nlohmann::json::parse(report).at("fixes");
@@ -188,10 +185,8 @@ TEST(MapFlight, TheGroundHasTheFixesAndFindsThemAgainInWhatCameDown) {
   EXPECT_EQ(in_flight.at("fixed"), fixed);
   EXPECT_LT(in_flight.at("strips").at(0).at("off_by_all_fixes_m").at("median").get<double>(), 1.6);
 
-  const test::ProgramResult checked =
-      test::run_program({ILP_GROUND, "map-check", flown().out.string(), flown().map.string(), "--mission",
-                         flown().mission.string(), "--out", found.string()});
-  ASSERT_EQ(checked.exit_status, 0) << checked.output;
+  test::run_well({ILP_GROUND, "map-check", flown().out.string(), flown().map.string(), "--mission",
+                  flown().mission.string(), "--out", found.string()});
   std::ifstream file(found);
   const auto strip = nlohmann::json::parse(file).at("fixes").at("strips").at(0);
   std::size_t again = 0;
@@ -213,8 +208,7 @@ TEST(MapFlight, TheGroundHasTheFixesAndFindsThemAgainInWhatCameDown) {
   fs::create_directories(bare);
   fs::copy(flown().map / "directory.ilpm", bare);
   const test::ProgramResult without =
-      test::run_program({ILP_GROUND, "map-check", flown().out.string(), bare.string(), "--sun", "10,30"});
-  EXPECT_EQ(without.exit_status, 0) << without.output;
+      test::run_well({ILP_GROUND, "map-check", flown().out.string(), bare.string(), "--sun", "10,30"});
   for (const char* part : {"are not in the folder and 0 are damaged", "no_map"})
     EXPECT_NE(without.output.find(part), std::string::npos) << without.output;
   EXPECT_EQ(without.output.find("no_agreement"), std::string::npos) << without.output;
@@ -228,8 +222,7 @@ TEST(MapFlight, TheGroundHasTheFixesAndFindsThemAgainInWhatCameDown) {
     file_of_tile.seekp(40).put('\x5a').put('\xa5');
   }
   const test::ProgramResult hit =
-      test::run_program({ILP_GROUND, "map-check", flown().out.string(), damaged.string(), "--sun", "10,30"});
-  EXPECT_EQ(hit.exit_status, 0) << hit.output;
+      test::run_well({ILP_GROUND, "map-check", flown().out.string(), damaged.string(), "--sun", "10,30"});
   std::map<std::string, int> times;
   std::istringstream lines(hit.output);
   for (std::string line; std::getline(lines, line);) ++times[line];
@@ -250,9 +243,7 @@ TEST(MapFlight, TheGroundHasTheFixesAndFindsThemAgainInWhatCameDown) {
 TEST(MapFlight, TheModelLiesOnTheBodyWhereTheWorldDoes) {
   const test::TemporaryFolder folder;
   const fs::path results = folder / "ground", again = folder / "again";
-  const test::ProgramResult reported =
-      test::run_program({ILP_GROUND, (flown().out / "outbox").string(), "--out", results.string()});
-  ASSERT_EQ(reported.exit_status, 0) << reported.output;
+  test::run_well({ILP_GROUND, (flown().out / "outbox").string(), "--out", results.string()});
   std::ifstream report_file(results / "report.json");
   const auto place = nlohmann::json::parse(report_file).at("strips").at(0).at("place");
   EXPECT_EQ(place.at("body"), "mars");
@@ -279,9 +270,8 @@ TEST(MapFlight, TheModelLiesOnTheBodyWhereTheWorldDoes) {
   }
   EXPECT_GE(compared, 8U);
 
-  const test::ProgramResult made = test::run_program({ILP_GROUND, "map-tiles", "--from", results.string(), "--sun",
-                                                      "10,30", "--pixel", "1.6", "--out", again.string()});
-  ASSERT_EQ(made.exit_status, 0) << made.output;
+  const test::ProgramResult made = test::run_well({ILP_GROUND, "map-tiles", "--from", results.string(), "--sun",
+                                                   "10,30", "--pixel", "1.6", "--out", again.string()});
   EXPECT_NE(made.output.find("on mars about 137.40"), std::string::npos) << made.output;
   EXPECT_NE(made.output.find("may be off by 0.5"), std::string::npos) << made.output;
 }

@@ -40,8 +40,7 @@ const fs::path& flown() {
   static const test::TemporaryFolder folder;
   static const fs::path out = [] {
     const fs::path path = folder / "flight";
-    const test::ProgramResult result = test::run_program(command(path.string(), all_sensors));
-    EXPECT_EQ(result.exit_status, 0) << result.output;
+    test::run_well(command(path.string(), all_sensors));
     return path;
   }();
   return out;
@@ -112,9 +111,7 @@ TEST(NavigationFlight, AllHeightsOfTheImagesSetTheMetreWithAStatedError) {
   for (const char* scenario : {"mars-plains", "mars-canyon"}) {
     for (const char* seed : {"1", "2", "3"}) {
       const fs::path out = folder / (std::string(scenario) + seed);
-      const test::ProgramResult result =
-          test::run_program(command(out.string(), {"--seed", seed, "--set", "flight.altimeter=true"}, scenario, "24"));
-      ASSERT_EQ(result.exit_status, 0) << result.output;
+      test::run_well(command(out.string(), {"--seed", seed, "--set", "flight.altimeter=true"}, scenario, "24"));
       const intake::Flight flight = received(out);
       const intake::Strip& strip = flight.strips.begin()->second;
       ASSERT_TRUE(strip.frame) << scenario << " " << seed;
@@ -156,8 +153,7 @@ TEST(NavigationFlight, KillsChangeNothing) {
 
 TEST(NavigationFlight, WithoutMeasurementsTheFlightIsWhatItWas) {
   const test::TemporaryFolder folder;
-  const test::ProgramResult plain = test::run_program(test::sil_command(flown() / "flight", folder / "plain", {}));
-  ASSERT_EQ(plain.exit_status, 0) << plain.output;
+  const test::ProgramResult plain = test::run_well(test::sil_command(flown() / "flight", folder / "plain", {}));
   EXPECT_TRUE(test::records_of<NavigationRecord>(folder / "plain").empty());
   EXPECT_TRUE(test::records_of<StripFrameRecord>(folder / "plain").empty());
   const intake::Flight flight = received(folder / "plain");

@@ -14,6 +14,7 @@
 #include "sim/host/colmap.hpp"
 #include "tests/integration/flight_files.hpp"
 #include "tests/integration/running_program.hpp"
+#include "tests/support/store_records.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
 
 namespace ilp {
@@ -27,10 +28,9 @@ TEST(OnboardTest, TheFlightBinaryAllocatesNothingInFlightAndMakesTheSameProducts
   fs::create_directories(folder / "outbox");
   fs::create_directories(folder / "acknowledged");
   const test::ProgramResult result =
-      test::run_program({ILP_ONBOARD, "--virtual-time", "--trap-heap", "--index", (plain / "index.txt").string(),
-                         "--camera", test::camera_numbers(plain), "--database", folder / "flight.db", "--outbox",
-                         folder / "outbox", "--acknowledgements", folder / "acknowledged"});
-  ASSERT_EQ(result.exit_status, 0) << result.output;
+      test::run_well({ILP_ONBOARD, "--virtual-time", "--trap-heap", "--index", (plain / "index.txt").string(),
+                      "--camera", test::camera_numbers(plain), "--database", folder / "flight.db", "--outbox",
+                      folder / "outbox", "--acknowledgements", folder / "acknowledged"});
   EXPECT_NE(result.output.find("heap requests after sealing: 0\n"), std::string::npos) << result.output;
   // In virtual time no frame is late or takes mission time.
   EXPECT_NE(
@@ -65,11 +65,8 @@ class OnboardFlight : public testing::Test {
   }
   static std::vector<StartRecord> boots(const std::string& database) {
     SqliteStore store;
-    std::vector<StartRecord> all;
     EXPECT_TRUE(store.open_read_only(database.c_str()).ok());
-    StartRecord boot;
-    while (next(store, boot.id, boot).ok()) all.push_back(boot);
-    return all;
+    return test::records_of<StartRecord>(store);
   }
   void expect_products() const {
     test::expect_same_files(test::files_of(test::prepared_flights() / "uninterrupted" / "outbox", {"product-"}),
@@ -88,8 +85,7 @@ TEST_F(OnboardFlight, KilledAgainAndAgainItsBootsAreOnRecordAndTheProductsAreThe
     kills += ended ? 0 : 1;
   }
   if (!ended) {
-    const test::ProgramResult rest = test::run_program(command(database));
-    ASSERT_EQ(rest.exit_status, 0) << rest.output;
+    test::run_well(command(database));
   }
   expect_products();
   const std::vector<StartRecord> all = boots(database);
@@ -119,8 +115,7 @@ TEST_F(OnboardFlight, WithAWorkerTheFilesAreTheSame) {
     fs::create_directories(folder_ / name);
   }
   const test::ProgramResult flown =
-      test::run_program(command(folder_ / "thread.db", {"--worker", "thread", "--trap-heap"}));
-  ASSERT_EQ(flown.exit_status, 0) << flown.output;
+      test::run_well(command(folder_ / "thread.db", {"--worker", "thread", "--trap-heap"}));
   EXPECT_NE(flown.output.find("heap requests after sealing: 0\n"), std::string::npos) << flown.output;
   test::expect_same_files(without, files());
   std::size_t products = 0;
@@ -137,8 +132,7 @@ TEST_F(OnboardFlight, KilledAgainAndAgainWithAWorkerTheFilesAreTheSame) {
     kills += ended ? 0 : 1;
   }
   if (!ended) {
-    const test::ProgramResult rest = test::run_program(words);
-    ASSERT_EQ(rest.exit_status, 0) << rest.output;
+    test::run_well(words);
   }
   EXPECT_GT(kills, 0);
   expect_products();
@@ -150,8 +144,7 @@ TEST_F(OnboardFlight, ADamagedDatabaseIsRefusedOrSetAsideAndTheFlightBeginsAnew)
   const test::ProgramResult refused = test::run_program(command(database));
   EXPECT_EQ(refused.exit_status, 1);
   EXPECT_NE(refused.output.find("database is damaged"), std::string::npos) << refused.output;
-  const test::ProgramResult flown = test::run_program(command(database, {"--fly-on"}));
-  EXPECT_EQ(flown.exit_status, 0) << flown.output;
+  test::run_well(command(database, {"--fly-on"}));
   EXPECT_EQ(fs::file_size(database + ".aside-1"), 20'000U);
   expect_products();
 }
@@ -183,8 +176,7 @@ TEST_F(OnboardFlight, TheGroundTellsTheStoreEpochsOfAFlightApartAndMixesNothing)
   std::vector<std::string> again = command(database, {"--fly-on"});
   *std::find(again.begin(), again.end(), (plain / "index.txt").string()) =
       later_strip(folder_ / "later.txt", 3600 * ns_per_s);
-  const test::ProgramResult flown = test::run_program(again);
-  ASSERT_EQ(flown.exit_status, 0) << flown.output;
+  test::run_well(again);
   const auto all = test::files_of(folder_ / "outbox", {"product-", "records-", "points-", "refine-"});
   EXPECT_EQ(all.size(), 2 * first.size());
   for (const auto& [name, bytes] : first) {
@@ -255,8 +247,7 @@ TEST_F(OnboardFlight, AVideoStreamMakesTheSameProductsAlsoAfterAKill) {
   *source = stream_of_strip(folder_ / "strip.y4m");
   *std::find(words.begin(), words.end(), folder_ / "images.db") = folder_ / "stream.db";
   static_cast<void>(test::run_and_kill(words, 400));
-  const test::ProgramResult flown = test::run_program(words);
-  ASSERT_EQ(flown.exit_status, 0) << flown.output;
+  test::run_well(words);
   test::expect_same_files(expected, test::files_of(folder_ / "outbox", {"product-"}));
 }
 
@@ -322,8 +313,7 @@ TEST_F(OnboardFlight, PicturesLargerThanTheImagesMakeTheProductsOfTheirImages) {
   const auto camera = std::find(words.begin(), words.end(), test::camera_numbers(plain));
   *source = folder_ / "images/index.txt";
   *camera = enlarged_camera(2);
-  const test::ProgramResult small = test::run_program(words);
-  ASSERT_EQ(small.exit_status, 0) << small.output;
+  test::run_well(words);
   const auto expected = test::files_of(folder_ / "outbox", {"product-"});
   ASSERT_GT(expected.size(), 1U);
 
@@ -335,20 +325,17 @@ TEST_F(OnboardFlight, PicturesLargerThanTheImagesMakeTheProductsOfTheirImages) {
   *source = folder_ / "strip.y4m";
   *camera = enlarged_camera(4);
   *std::find(words.begin(), words.end(), folder_ / "images.db") = folder_ / "stream.db";
-  const test::ProgramResult large = test::run_program(words);
-  ASSERT_EQ(large.exit_status, 0) << large.output;
+  const test::ProgramResult large = test::run_well(words);
   EXPECT_NE(large.output.find("pictures of 1280 x 960 become images of 640 x 480"), std::string::npos) << large.output;
   test::expect_same_files(expected, test::files_of(folder_ / "outbox", {"product-"}));
 
   // Without --camera it goes on with the camera on record, which is that of the images.
   words.erase(camera - 1, camera + 1);
-  const test::ProgramResult again = test::run_program(words);
-  EXPECT_EQ(again.exit_status, 0) << again.output;
+  test::run_well(words);
 }
 
 TEST_F(OnboardFlight, WithoutADiskItFliesFromMemory) {
-  const test::ProgramResult flown = test::run_program(command(folder_ / "none/flight.db", {"--fly-on", "--trap-heap"}));
-  EXPECT_EQ(flown.exit_status, 0) << flown.output;
+  const test::ProgramResult flown = test::run_well(command(folder_ / "none/flight.db", {"--fly-on", "--trap-heap"}));
   EXPECT_NE(flown.output.find("store in memory"), std::string::npos) << flown.output;
   // Not the same bytes: they name the parameters, of which the storage budget is smaller.
   const auto expected = test::files_of(test::prepared_flights() / "uninterrupted" / "outbox", {"product-"});
@@ -358,10 +345,8 @@ TEST_F(OnboardFlight, WithoutADiskItFliesFromMemory) {
 }
 
 TEST_F(OnboardFlight, TheMemoryMapSumsToTheStaticSizeOfTheBinary) {
-  const test::ProgramResult map = test::run_program({ILP_ONBOARD, "--memory-map"});
-  ASSERT_EQ(map.exit_status, 0) << map.output;
-  const test::ProgramResult headers = test::run_program({"/usr/bin/readelf", "-lW", ILP_ONBOARD});
-  ASSERT_EQ(headers.exit_status, 0) << headers.output;
+  const test::ProgramResult map = test::run_well({ILP_ONBOARD, "--memory-map"});
+  const test::ProgramResult headers = test::run_well({"/usr/bin/readelf", "-lW", ILP_ONBOARD});
   std::size_t writable = 0;
   std::istringstream segments(headers.output);
   for (std::string line; std::getline(segments, line);) {

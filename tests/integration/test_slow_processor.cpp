@@ -15,6 +15,7 @@
 #include "sim/host/colmap.hpp"
 #include "tests/integration/flight_files.hpp"
 #include "tests/support/flight_kit.hpp"
+#include "tests/support/store_records.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
 
 namespace ilp {
@@ -102,10 +103,7 @@ class SlowProcessorTest : public testing::Test {
   }
   template <typename Record>
   std::vector<Record> all() {
-    std::vector<Record> records;
-    Record record;
-    for (std::int64_t id = 0; next(store, id, record).ok(); id = record.id) records.push_back(record);
-    return records;
+    return test::records_of<Record>(store);
   }
   /// All were taken, each at its time.
   void expect_every_image() {

@@ -54,9 +54,7 @@ double error_percent(const std::vector<PoseRecord>& poses, const std::map<std::i
 /// The ground's report of the flight's files.
 void expect_one_model(const Survey& survey, const fs::path& flight, const fs::path& out) {
   const fs::path reference = fs::path(test::data_root) / survey.name / "cameras.txt";
-  const test::ProgramResult ran =
-      test::run_program({ILP_GROUND, flight / "outbox", "--out", out.string(), "--reference", reference});
-  ASSERT_EQ(ran.exit_status, 0) << ran.output;
+  test::run_well({ILP_GROUND, flight / "outbox", "--out", out.string(), "--reference", reference});
   const auto report = nlohmann::json::parse(std::ifstream(out / "report.json"));
   std::size_t most = 0;
   std::int64_t strip = 0;
@@ -98,9 +96,8 @@ TEST_P(SurveyFlight, TheChainHoldsWhereImagesShareLittleGroundAndItsPosesAreRigh
   const test::TemporaryFolder folder;
   const fs::path out = folder / "flight";
   const fs::path data = fs::path(test::data_root) / survey.name;
-  const test::ProgramResult flown = test::run_program(
+  test::run_well(
       {ILP_SIL, "--images", data / "images", "--camera", data / "colmap" / "cameras.txt", "--out", out.string()});
-  ASSERT_EQ(flown.exit_status, 0) << flown.output;
 
   std::map<std::int64_t, std::int64_t> frames;
   for (const auto& keyframe : test::records_of<KeyframeRecord>(out)) frames[keyframe.id] = keyframe.frame_id;

@@ -2,10 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <cstring>
 #include <memory>
-#include <numbers>
 #include <optional>
 
 #include "fsw/base/crc.hpp"
@@ -16,7 +14,9 @@
 #include "sim/world/render_flight.hpp"
 #include "tests/faults/reveal.hpp"
 #include "tests/stages/ground_station.hpp"
+#include "tests/support/calm_scenario.hpp"
 #include "tests/support/flight_kit.hpp"
+#include "tests/support/store_records.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
 
 namespace ilp::faults {
@@ -33,21 +33,7 @@ constexpr int image_count = 14;
 constexpr TimeNs interval_ns = ns_per_s / 2;
 
 world::Scenario scenario() {
-  world::Scenario scenario;
-  scenario.effects.read_noise_grey = 1;
-  world::FlightParams& flight = scenario.flight;
-  flight.frames = image_count;
-  flight.interval_s = 4;
-  flight.gust_m_s = 0;
-  flight.swing_damping = 0;
-  flight.swing_rad = 0.044;
-  flight.gravity_m_s2 = flight.suspension_m * std::pow(2 * std::numbers::pi / 70, 2);
-  flight.camera.width = 160;
-  flight.camera.height = 120;
-  flight.camera.fx = flight.camera.fy = 137;
-  flight.camera.cx = (flight.camera.width - 1) / 2.0;
-  flight.camera.cy = (flight.camera.height - 1) / 2.0;
-  return scenario;
+  return calm_scenario(image_count, 160, 120, 137);
 }
 
 /// Rendered once for the process.
@@ -149,7 +135,7 @@ Recording fly(CameraKnown known, Links links = Links::whole_files,
   MissionParameters mission = recording.mission;
 
   std::size_t at_work = nobody;
-  StepClock clock;
+  StillClock clock;
   std::vector<std::byte> region(region_bytes);
   RamStore ram(region);
   RecordingStore store(ram);
@@ -186,8 +172,8 @@ Recording fly(CameraKnown known, Links links = Links::whole_files,
     clock.sleep_until(next);
   }
   EXPECT_EQ(rest, rest_frames) << "the flight has not come to its end";
-  KeyframeRecord keyframe;
-  while (next(store, keyframe.id, keyframe).ok()) recording.keyframe_frames.push_back(keyframe.frame_id);
+  for (const KeyframeRecord& keyframe : records_of<KeyframeRecord>(store))
+    recording.keyframe_frames.push_back(keyframe.frame_id);
   return recording;
 }
 

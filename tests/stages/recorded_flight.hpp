@@ -11,6 +11,7 @@
 #include "hal/camera/camera.hpp"
 #include "hal/link/link.hpp"
 #include "hal/store/forwarding_store.hpp"
+#include "tests/support/fake_clock.hpp"
 
 namespace ilp::test {
 
@@ -60,18 +61,6 @@ class RecordingStore final : public ForwardingStore {
 };
 
 Status apply_writes(Store& store, const Writes& writes);
-
-class StepClock final : public Clock {
- public:
-  TimeNs now() override { return now_; }
-  void sleep_until(TimeNs time) override { now_ = time > now_ ? time : now_; }
-  /// For a process that begins earlier.
-  void go_back(TimeNs length) { now_ -= length; }
-  TimeNs processor_time() override { return 0; }
-
- private:
-  TimeNs now_ = 0;
-};
 
 /// Gives the images of a simulated flight at their times.
 class RecordedCamera final : public Camera {

@@ -334,7 +334,7 @@ class PacketReplay {
   std::vector<std::byte> region_ = std::vector<std::byte>(std::size_t{48} << 20U);
   RamStore ram_{region_};
   RecordingStore store_{ram_};
-  StepClock clock_;
+  StillClock clock_;
   RamNonvolatile medium_;
   QueueLink packets_, files_;
   std::unique_ptr<Process> process_;

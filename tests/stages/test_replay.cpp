@@ -104,7 +104,7 @@ class Replay {
   /// The scrubber reads what belongs to the time since its previous step.
   void take_time() {
     constexpr TimeNs time = stage_of(ComponentId::scrubber).period * minor_frame_ns;
-    clock_.go_back(time);
+    clock_.set(clock_.now() - time);
     step();
     clock_.sleep_until(clock_.now() + time);
   }
@@ -154,7 +154,7 @@ class Replay {
   std::vector<std::byte> region_ = std::vector<std::byte>(std::size_t{48} << 20U);
   RamStore ram_{region_};
   RecordingStore store_{ram_};
-  StepClock clock_;
+  StillClock clock_;
   RecordedCamera camera_;
   std::size_t camera_mark_ = 0;
   ConfirmingLink link_;

@@ -1,4 +1,4 @@
-// A clock that the test moves.
+// Clocks that the test moves.
 #pragma once
 
 #include "hal/clock/clock.hpp"
@@ -14,6 +14,21 @@ class FakeClock final : public Clock {
   TimeNs processor_time() override { return now_; }
   void set(TimeNs time) { now_ = time; }
   void pass(TimeNs time) { now_ += time; }
+
+ private:
+  TimeNs now_ = 0;
+};
+
+/// Takes no processor's time.
+class StillClock final : public Clock {
+ public:
+  TimeNs now() override { return now_; }
+  void sleep_until(TimeNs time) override {
+    if (time > now_) now_ = time;
+  }
+  TimeNs processor_time() override { return 0; }
+  /// Any time, also an earlier one.
+  void set(TimeNs time) { now_ = time; }
 
  private:
   TimeNs now_ = 0;

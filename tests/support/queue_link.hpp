@@ -13,22 +13,26 @@ namespace ilp::test {
 
 using Octets = std::vector<std::uint8_t>;
 
-/// Gives what was put into `up`, and keeps what is sent in `down`.
+/// Gives what was put into `up`, and keeps what is sent in `down`, unless it is deaf.
 class QueueLink final : public PacketLink {
  public:
   Status receive(std::span<std::uint8_t> buffer, std::size_t& bytes) override {
     if (up.empty()) return StatusCode::not_ready;
-    bytes = up.front().size();
-    std::copy(up.front().begin(), up.front().end(), buffer.begin());
+    const Octets packet = up.front();
     up.pop_front();
+    bytes = packet.size();
+    if (bytes > buffer.size()) return StatusCode::capacity_exceeded;
+    std::copy(packet.begin(), packet.end(), buffer.begin());
     return {};
   }
   Status send(std::span<const std::uint8_t> packet) override {
+    if (deaf) return StatusCode::not_ready;
     down.emplace_back(packet.begin(), packet.end());
     return {};
   }
   std::deque<Octets> up;
   std::vector<Octets> down;
+  bool deaf = false;
 };
 
 }  // namespace ilp::test

@@ -8,6 +8,7 @@
 #include "fsw/base/text.hpp"
 #include "hal/clock/virtual_clock.hpp"
 #include "hal/store/ram/ram_store.hpp"
+#include "tests/support/store_records.hpp"
 
 namespace ilp {
 namespace {
@@ -61,12 +62,9 @@ TEST_F(BootTest, AnEndAtMissionTimeZeroIsAnEnd) {
 
 TEST_F(BootTest, OnlyTheNewestBootsStay) {
   StartRecord record{.id = limits::max_starts};
-  Transaction transaction(store_);
-  ASSERT_TRUE(transaction.begin().ok());
-  ASSERT_TRUE(put(store_, record).ok());
+  test::write_records(store_, record);
   record.id = 1;
-  ASSERT_TRUE(put(store_, record).ok());
-  ASSERT_TRUE(transaction.commit().ok());
+  test::write_records(store_, record);
   begin({});
   EXPECT_EQ(boot_.id, limits::max_starts + 1);
   EXPECT_TRUE(get(store_, 1, record).is(StatusCode::not_found));

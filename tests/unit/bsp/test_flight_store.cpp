@@ -13,6 +13,8 @@
 #include "hal/clock/virtual_clock.hpp"
 #include "hal/store/sqlite/page_checksum.hpp"
 #include "hal/store/sqlite/quarantine.hpp"
+#include "tests/support/said.hpp"
+#include "tests/support/store_records.hpp"
 #include "tests/unit/hal/expect_status.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
 
@@ -39,17 +41,12 @@ class FlightStoreTest : public testing::Test {
   void leave(const std::vector<CheckpointForm>& forms) const {
     SqliteStore store;
     ASSERT_TRUE(store.open(path_.c_str()).ok());
-    Transaction transaction(store);
-    ASSERT_TRUE(transaction.begin().ok());
-    for (const CheckpointForm& form : forms) {
-      const std::vector<std::uint8_t> state(form.bytes, 7);
-      ASSERT_TRUE(save_checkpoint(store, form, {}, std::span<const std::uint8_t>(state)).ok());
-    }
-    ASSERT_TRUE(transaction.commit().ok());
-  }
-  static std::string content(const std::string& path) {
-    std::ifstream file(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(file), {}};
+    test::in_transaction(store, [&] {
+      for (const CheckpointForm& form : forms) {
+        const std::vector<std::uint8_t> state(form.bytes, 7);
+        ASSERT_TRUE(save_checkpoint(store, form, {}, std::span<const std::uint8_t>(state)).ok());
+      }
+    });
   }
   void overwrite(std::uint32_t page, const std::string& bytes) const {
     std::fstream file(path_, std::ios::in | std::ios::out | std::ios::binary);
@@ -62,7 +59,7 @@ class FlightStoreTest : public testing::Test {
   /// As if SQLite had written it: with its checksum.
   template <typename Change>
   void rewrite_page(std::uint32_t number, Change change) const {
-    std::string bytes = content(path_).substr(static_cast<std::size_t>(number - 1) * 4096, 4096);
+    std::string bytes = test::text_of(path_).substr(static_cast<std::size_t>(number - 1) * 4096, 4096);
     const Page page(reinterpret_cast<std::uint8_t*>(bytes.data()), page_bytes);
     change(page);
     seal_page(number, page);
@@ -127,16 +124,16 @@ TEST_F(FlightStoreTest, ADatabaseOfABuildWithOtherCapacitiesIsRefusedUntouchedOr
   live(true);
   const CheckpointForm foreign{ComponentId::dense_matcher, 2, 1000};
   leave({foreign});
-  const std::string before = content(path_);
+  const std::string before = test::text_of(path_);
   const Status refused = make()->open(path_.c_str(), StoreTrouble::refuse, mission_);
   EXPECT_STATUS(refused, store_build);
   EXPECT_EQ(refused.a, static_cast<std::int64_t>(foreign.component));
   EXPECT_EQ(refused.b, foreign.bytes);
-  EXPECT_EQ(content(path_), before);
+  EXPECT_EQ(test::text_of(path_), before);
   const auto store = make();
   ASSERT_TRUE(store->open(path_.c_str(), StoreTrouble::fly_on, mission_).ok());
   EXPECT_STATUS(store->updates(), store_set_aside);
-  EXPECT_EQ(content(path_ + ".aside-1"), before);
+  EXPECT_EQ(test::text_of(path_ + ".aside-1"), before);
 }
 
 TEST_F(FlightStoreTest, CheckpointsOfThisBuildAndOfComponentsThatBeginAnewAreAccepted) {
@@ -197,11 +194,8 @@ TEST_F(FlightStoreTest, SeveralProcessesShareADatabaseAndEachStageRunsInOne) {
 
   RecordMask changed = 0;
   ASSERT_OK(node->store().poll(changed));
-  Transaction transaction(head->store());
-  ASSERT_OK(transaction.begin());
   PoseRecord pose{.id = 7};
-  ASSERT_OK(put(head->store(), pose));
-  ASSERT_OK(transaction.commit());
+  test::write_records(head->store(), pose);
   node->wait(1000);
   ASSERT_OK(node->store().poll(changed));
   EXPECT_NE(changed & mask_of(RecordType::pose), 0U);

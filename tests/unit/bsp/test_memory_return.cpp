@@ -22,6 +22,7 @@
 #include "hal/store/checksums.hpp"
 #include "hal/store/record_bytes.hpp"
 #include "tests/support/failing_calls.hpp"
+#include "tests/support/store_records.hpp"
 #include "tests/unit/hal/expect_status.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
 
@@ -62,9 +63,7 @@ Content content_of(Store& store) {
 template <typename Record>
 std::vector<std::int64_t> ids_of(Store& store) {
   std::vector<std::int64_t> ids;
-  Record record;
-  record.id = 0;
-  while (next(store, record.id, record).ok()) ids.push_back(record.id);
+  for (const Record& record : test::records_of<Record>(store)) ids.push_back(record.id);
   return ids;
 }
 
@@ -299,12 +298,7 @@ TEST_F(MemoryReturn, WithoutAnEarlierStoreEpochTheDatabaseIsWhatWasInMemory) {
   EXPECT_EQ(store->start().moved.a, static_cast<std::int64_t>(content.size()));
   EXPECT_EQ(count_memory_copies(path_.c_str()), 0);
   // What comes now is on the disk.
-  {
-    Transaction transaction(store->store());
-    ASSERT_OK(transaction.begin());
-    put_event(store->store(), memory_base + 1000);
-    ASSERT_OK(transaction.commit());
-  }
+  test::in_transaction(store->store(), [&] { put_event(store->store(), memory_base + 1000); });
   store->close();
   const auto again = start();
   EXPECT_OK(again->start().moved);
@@ -381,13 +375,10 @@ TEST_F(MemoryReturn, SettingsOfTheDiskStayWhereTheFlightInMemoryDidNotKnowThem) 
   {
     const auto store = start();
     live_on_disk(store->store());
-    Transaction transaction(store->store());
-    ASSERT_OK(transaction.begin());
     IdentityRecord identity;
     ASSERT_OK(get(store->store(), 1, identity));
     identity.configuration = 5;
-    ASSERT_OK(put(store->store(), identity));
-    ASSERT_OK(transaction.commit());
+    test::write_records(store->store(), identity);
   }
   fly_both(4, false);
   const auto store = start();

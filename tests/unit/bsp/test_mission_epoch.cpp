@@ -10,6 +10,7 @@
 #include "bsp/flight/mission_epoch.hpp"
 #include "hal/nonvolatile/ram_nonvolatile.hpp"
 #include "hal/store/ram/ram_store.hpp"
+#include "tests/support/store_records.hpp"
 #include "tests/unit/hal/expect_status.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
 
@@ -31,10 +32,7 @@ class MissionEpochTest : public testing::Test {
   /// A frame was taken at this mission time.
   void fly_until(TimeNs time) {
     FrameRecord frame{.id = 1, .time_ns = time};
-    Transaction transaction(store_);
-    ASSERT_TRUE(transaction.begin().ok());
-    ASSERT_TRUE(put(store_, frame).ok());
-    ASSERT_TRUE(transaction.commit().ok());
+    test::write_records(store_, frame);
   }
 
   std::vector<std::byte> region_ = std::vector<std::byte>(1 << 20);
@@ -182,11 +180,7 @@ TEST(LatestKnownTime, IsThatOfTheNewestRecordOfAnyKindThatHasOne) {
   EXPECT_EQ(time, 0);
   FrameRecord frame{.id = 1, .time_ns = 5 * ns_per_s};
   EventRecord event{.id = 1, .time_ns = 7 * ns_per_s};
-  Transaction transaction(store);
-  ASSERT_TRUE(transaction.begin().ok());
-  ASSERT_TRUE(put(store, frame).ok());
-  ASSERT_TRUE(put(store, event).ok());
-  ASSERT_TRUE(transaction.commit().ok());
+  test::write_records(store, frame, event);
   ASSERT_TRUE(latest_known_time(store, time).ok());
   EXPECT_EQ(time, 7 * ns_per_s);
 }

@@ -11,6 +11,7 @@
 #include "fsw/shared/camera_on_record.hpp"
 #include "hal/clock/virtual_clock.hpp"
 #include "hal/store/ram/ram_store.hpp"
+#include "tests/support/store_records.hpp"
 #include "tests/unit/hal/expect_status.hpp"
 
 namespace ilp {
@@ -23,10 +24,7 @@ class NodeTest : public testing::Test {
  protected:
   template <typename Record>
   void write(const Record& record) {
-    Transaction transaction(store_);
-    ASSERT_TRUE(transaction.begin().ok());
-    ASSERT_TRUE(put(store_, record).ok());
-    ASSERT_TRUE(transaction.commit().ok());
+    test::write_records(store_, record);
   }
   /// The process has looked for work and found none.
   void answer(Node& node, std::int64_t commits = 0) {
@@ -252,10 +250,7 @@ TEST_F(NodeTest, ASettingOfThePrimaryIsInForceBeforeTheNextStep) {
 
   const std::size_t overlap = find_parameter("overlap", "target_overlap");
   ASSERT_LT(overlap, parameter_count());
-  Transaction transaction(store_);
-  ASSERT_TRUE(transaction.begin().ok());
-  ASSERT_TRUE(write_setting(store_, overlap, 0.9, 0).ok());
-  ASSERT_TRUE(transaction.commit().ok());
+  test::in_transaction(store_, [&] { ASSERT_TRUE(write_setting(store_, overlap, 0.9, 0).ok()); });
   executive.run_minor_frame();
   EXPECT_EQ(in_force.target_overlap, 0.9);
   executive.run_minor_frame();

@@ -20,6 +20,8 @@
 #include "hal/store/sqlite/page_checksum.hpp"
 #include "hal/store/sqlite/quarantine.hpp"
 #include "tests/support/failing_calls.hpp"
+#include "tests/support/said.hpp"
+#include "tests/support/store_records.hpp"
 #include "tests/unit/hal/expect_status.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
 
@@ -38,11 +40,6 @@ Bytes image_of(std::int64_t id) {
   Bytes image(image_bytes);
   for (std::size_t i = 0; i < image.size(); ++i) image[i] = static_cast<std::uint8_t>(id + static_cast<int>(i / 100));
   return image;
-}
-
-std::string content_of(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
 }
 
 class SalvageTest : public testing::Test {
@@ -122,7 +119,7 @@ class SalvageTest : public testing::Test {
   }
   /// Numbers of the pages with this content.
   std::vector<std::uint32_t> pages_with(const std::string& text) const {
-    const std::string bytes = content_of(path_);
+    const std::string bytes = test::text_of(path_);
     std::set<std::uint32_t> pages;
     for (std::size_t at = bytes.find(text); at != std::string::npos; at = bytes.find(text, at + 1)) {
       pages.insert(static_cast<std::uint32_t>(at / page_bytes + 1));
@@ -163,21 +160,18 @@ TEST_F(SalvageTest, WhatCanBeReadIsSavedAndWhatCannotIsCounted) {
     ASSERT_OK(store->open(path_.c_str(), StoreTrouble::fly_on, mission_));
     EXPECT_OK(store->updates());
     EXPECT_FALSE(store->damaged());
-    StripRecord strip;
-    std::int64_t id = 0;
-    while (next(store->store(), id, strip).ok()) id = strip.id;
-    EXPECT_LT(id, strips);
+    EXPECT_LT(test::records_of<StripRecord>(store->store()).size(), static_cast<std::size_t>(strips));
     EXPECT_TRUE(store->damaged());
   }
-  const std::string before = content_of(path_);
+  const std::string before = test::text_of(path_);
   EXPECT_STATUS(make()->open(path_.c_str(), StoreTrouble::refuse, mission_), store_damaged);
-  EXPECT_TRUE(content_of(path_) == before) << "refused, and yet something was changed";
+  EXPECT_TRUE(test::text_of(path_) == before) << "refused, and yet something was changed";
 
   const auto store = make();
   ASSERT_OK(store->open(path_.c_str(), StoreTrouble::fly_on, mission_));
   EXPECT_STATUS(store->updates(), store_salvaged);
   EXPECT_EQ(store->updates().b, 1);
-  EXPECT_TRUE(content_of(path_ + ".aside-1") == before);
+  EXPECT_TRUE(test::text_of(path_ + ".aside-1") == before);
   const Found found = judge(store->store());
   EXPECT_EQ(found.frames, frames);
   EXPECT_EQ(found.images, frames - 1);
@@ -198,8 +192,7 @@ TEST_F(SalvageTest, WhatCanBeReadIsSavedAndWhatCannotIsCounted) {
   const auto lost = store->start().salvaged[static_cast<std::size_t>(RecordType::strip)].lost;
   EXPECT_EQ(lost, strips - found.strips);
   std::map<std::uint16_t, EventRecord> reported;
-  EventRecord event;
-  for (std::int64_t id = 0; next(store->store(), id, event).ok(); id = event.id) reported[event.code] = event;
+  for (const EventRecord& event : test::records_of<EventRecord>(store->store())) reported[event.code] = event;
   const EventRecord& of_records = reported[static_cast<std::uint16_t>(StatusCode::records_lost)];
   EXPECT_EQ(of_records.a, lost);
   EXPECT_EQ(of_records.b, static_cast<std::int64_t>(RecordType::strip));
@@ -224,9 +217,7 @@ TEST_F(SalvageTest, DamageThatKeepsAStartFromSucceedingIsNotOpenedAgain) {
   {
     const auto store = make();
     ASSERT_OK(store->open(path_.c_str(), StoreTrouble::fly_on, mission_));
-    StripRecord strip;
-    std::int64_t id = 0;
-    while (next(store->store(), id, strip).ok()) id = strip.id;
+    static_cast<void>(test::records_of<StripRecord>(store->store()));
     // The start fails here, and the test does not ask whether the store is damaged.
   }
   const auto store = make();
@@ -316,14 +307,14 @@ TEST_F(SalvageTest, CutOffAnywhereItIsBegunAgainOrGoneOnWith) {
 TEST_F(SalvageTest, EachStepBehindACompleteSalvageIsGoneOnWith) {
   fly();
   damage();
-  const std::string damaged = content_of(path_);
+  const std::string damaged = test::text_of(path_);
   std::ofstream(path_ + "-guard") << "damaged";
   {
     const auto store = make();
     ASSERT_OK(store->open(path_.c_str(), StoreTrouble::fly_on, mission_));
     store->close();
   }
-  const std::string saved = content_of(path_);
+  const std::string saved = test::text_of(path_);
   // Complete, and the damaged one still in its place; without its log; and quarantined already.
   for (int step = 0; step < 3; ++step) {
     for (const char* suffix : {".aside-1", ".aside-1-wal", "-wal", "-shm", "-sync"}) fs::remove(path_ + suffix);
@@ -335,9 +326,9 @@ TEST_F(SalvageTest, EachStepBehindACompleteSalvageIsGoneOnWith) {
     const auto store = make();
     ASSERT_OK(store->open(path_.c_str(), StoreTrouble::refuse, mission_)) << step;
     EXPECT_EQ(judge(store->store()).images, frames - 1);
-    EXPECT_TRUE(content_of(path_ + ".aside-1") == damaged);
+    EXPECT_TRUE(test::text_of(path_ + ".aside-1") == damaged);
     if (step == 1) {
-      EXPECT_EQ(content_of(path_ + ".aside-1-wal"), "the log of the damaged one");
+      EXPECT_EQ(test::text_of(path_ + ".aside-1-wal"), "the log of the damaged one");
     }
     store->close();
   }
@@ -375,10 +366,10 @@ TEST_F(SalvageTest, AFlightHasItsDatabaseToItself) {
   char ok = 0;
   ASSERT_EQ(read(ready[0], &ok, 1), 1);
   EXPECT_EQ(ok, 'y');
-  const std::string before = content_of(path_);
+  const std::string before = test::text_of(path_);
   EXPECT_STATUS(make()->open(path_.c_str(), StoreTrouble::refuse, mission_), store_in_use);
   EXPECT_STATUS(make()->open(path_.c_str(), StoreTrouble::fly_on, mission_), store_in_use);
-  EXPECT_TRUE(content_of(path_) == before);
+  EXPECT_TRUE(test::text_of(path_) == before);
   // Tools that read are not in the way.
   SqliteStore tool;
   EXPECT_OK(tool.open_read_only(path_.c_str()));
@@ -411,8 +402,8 @@ TEST(Quarantine, TheLogGoesBeforeTheDatabaseAndAnInterruptedOneIsGoneOnWith) {
   fs::rename(path + "-wal", path + ".aside-1-wal");
   ASSERT_OK(quarantine_database(path.c_str(), number));
   EXPECT_EQ(number, 1);
-  EXPECT_EQ(content_of(path + ".aside-1"), "database");
-  EXPECT_EQ(content_of(path + ".aside-1-wal"), "log");
+  EXPECT_EQ(test::text_of(path + ".aside-1"), "database");
+  EXPECT_EQ(test::text_of(path + ".aside-1-wal"), "log");
 }
 
 }  // namespace

@@ -1,40 +1,18 @@
 // The Telecommander with a ground station at the other end of a link in memory.
 #pragma once
 
-#include <deque>
 #include <memory>
 #include <string>
 
 #include "fsw/commanding/telecommander.hpp"
 #include "fsw/packets/service_parameters.hpp"
 #include "tests/support/failing_store.hpp"
+#include "tests/support/queue_link.hpp"
 #include "tests/unit/shared/component_fixture.hpp"
 
 namespace ilp::test {
 
 using Bytes = std::vector<std::uint8_t>;
-
-/// A link that holds what the ground has sent and has not yet arrived, and what has come down.
-class MemoryLink final : public PacketLink {
- public:
-  Status receive(std::span<std::uint8_t> buffer, std::size_t& bytes) override {
-    if (up.empty()) return StatusCode::not_ready;
-    bytes = up.front().size();
-    if (bytes > buffer.size()) return StatusCode::capacity_exceeded;
-    std::copy(up.front().begin(), up.front().end(), buffer.begin());
-    up.pop_front();
-    return {};
-  }
-  Status send(std::span<const std::uint8_t> packet) override {
-    if (deaf) return StatusCode::not_ready;
-    down.emplace_back(packet.begin(), packet.end());
-    return {};
-  }
-
-  std::deque<Bytes> up;
-  std::deque<Bytes> down;
-  bool deaf = false;
-};
 
 /// A report as the ground reads it.
 struct Report {
@@ -147,6 +125,19 @@ class TelecommandTest : public ComponentTest {
     }
     return text;
   }
+  /// What comes down in the step after this telecommand.
+  std::string types_after(int service, int subtype, const Bytes& data = {}, std::uint16_t source = 1,
+                          std::uint8_t flags = 0x0F) {
+    send(service, subtype, data, source, flags);
+    step();
+    return types();
+  }
+  std::string failure_after(int service, int subtype, const Bytes& data = {}, std::uint16_t source = 1,
+                            std::uint8_t flags = 0x0F) {
+    send(service, subtype, data, source, flags);
+    step();
+    return failure();
+  }
   Bytes octets_of(UtcNs utc) const {
     Bytes octets(7);
     ByteWriter out(octets);
@@ -202,7 +193,7 @@ class TelecommandTest : public ComponentTest {
     EXPECT_EQ(types(), "1.7");
   }
 
-  MemoryLink link;
+  QueueLink link;
   std::unique_ptr<PacketRouter> router;
   std::unique_ptr<TelemetryWriter> writer;
   std::unique_ptr<Telecommander> telecommander;

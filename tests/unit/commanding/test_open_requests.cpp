@@ -41,9 +41,7 @@ TEST_F(TelecommandTest, AnImageAtAPlaceCompletesWhenItIsExposed) {
   mission.body = Body::mars;
   mission.use_navigation = true;
   clock.set(5 * ns_per_s);
-  send(8, 1, function("CAPTPLAC", place(137.4, -4.5, 25, 3600)));
-  step();
-  EXPECT_EQ(types(), "1.1 1.3");
+  EXPECT_EQ(types_after(8, 1, function("CAPTPLAC", place(137.4, -4.5, 25, 3600))), "1.1 1.3");
   const CommandRecord command = last_command();
   EXPECT_EQ(command.kind, CommandKind::capture_place);
   EXPECT_EQ(command.longitude_deg, 137.4);
@@ -57,9 +55,7 @@ TEST_F(TelecommandTest, AnImageAtAPlaceCompletesWhenItIsExposed) {
 TEST_F(TelecommandTest, APlaceThatWasMissedFailsWithItsNearestApproach) {
   mission.body = Body::titan;
   mission.use_map = true;
-  send(8, 1, function("CAPTPLAC", place(-12, 70, 25, 0)));
-  step();
-  EXPECT_EQ(types(), "1.1 1.3");
+  EXPECT_EQ(types_after(8, 1, function("CAPTPLAC", place(-12, 70, 25, 0))), "1.1 1.3");
   EXPECT_EQ(last_command().at_ns, 0) << "until the flight ends";
   step_at(40'000'000 * ns_per_s);
   EXPECT_EQ(types(), "") << "for more than a year";
@@ -79,25 +75,19 @@ TEST_F(TelecommandTest, APlaceThatWasMissedFailsWithItsNearestApproach) {
 TEST_F(TelecommandTest, APlaceIsRefusedWhereItCannotBeReached) {
   constexpr double nan = std::numeric_limits<double>::quiet_NaN(), infinite = std::numeric_limits<double>::infinity();
   mission.use_navigation = true;
-  send(8, 1, function("CAPTPLAC", place(137.4, -4.5, 25, 0)));
-  step();
-  EXPECT_EQ(failure(), "1.4 places_unknown") << "over no body";
+  EXPECT_EQ(failure_after(8, 1, function("CAPTPLAC", place(137.4, -4.5, 25, 0))), "1.4 places_unknown")
+      << "over no body";
   mission.body = Body::mars;
   mission.use_navigation = false;
-  send(8, 1, function("CAPTPLAC", place(137.4, -4.5, 25, 0)));
-  step();
-  EXPECT_EQ(failure(), "1.4 places_unknown") << "neither measurements nor a map";
+  EXPECT_EQ(failure_after(8, 1, function("CAPTPLAC", place(137.4, -4.5, 25, 0))), "1.4 places_unknown")
+      << "neither measurements nor a map";
   mission.use_navigation = true;
   for (const Bytes& arguments : {place(nan, 0, 25, 0), place(361, 0, 25, 0), place(0, infinite, 25, 0),
                                  place(0, -90.1, 25, 0), place(0, 0, nan, 0), place(0, 0, 0, 0), place(0, 0, -1, 0),
                                  place(0, 0, 1.1e5, 0), place(0, 0, 25, 3000000001)}) {
-    send(8, 1, function("CAPTPLAC", arguments));
-    step();
-    EXPECT_EQ(failure(), "1.4 invalid_argument");
+    EXPECT_EQ(failure_after(8, 1, function("CAPTPLAC", arguments)), "1.4 invalid_argument");
   }
-  send(8, 1, function("CAPTPLAC", numbers({{1, 4}})));
-  step();
-  EXPECT_EQ(failure(), "1.4 function_arguments");
+  EXPECT_EQ(failure_after(8, 1, function("CAPTPLAC", numbers({{1, 4}}))), "1.4 function_arguments");
   EXPECT_EQ(number_of<CommandRecord>(), 0);
 }
 

@@ -195,30 +195,20 @@ TEST_F(TelecommandScheduleTest, TheScheduleSurvivesARestartInTheMiddle) {
 
 TEST_F(TelecommandScheduleTest, DeletingByName) {
   const auto pings = insert_pings({5 * s, 6 * s, 7 * s});
-  send(11, 5, numbers({{2, 2}}) + name_of(pings[0]) + name_of(9999));
-  step();
-  EXPECT_EQ(failure(), "1.4 schedule_unknown");
+  EXPECT_EQ(failure_after(11, 5, numbers({{2, 2}}) + name_of(pings[0]) + name_of(9999)), "1.4 schedule_unknown");
   EXPECT_EQ(value_of(last_report.back(), 0), 1);
   EXPECT_EQ(summary().size(), 3U);
-  send(11, 5, numbers({{2, 2}}) + name_of(pings[0]) + name_of(pings[2]));
-  step();
-  EXPECT_EQ(types(), "1.1 1.3 1.7");
+  EXPECT_EQ(types_after(11, 5, numbers({{2, 2}}) + name_of(pings[0]) + name_of(pings[2])), "1.1 1.3 1.7");
   EXPECT_EQ(summary(), (std::vector<std::pair<TimeNs, int>>{{6 * s, pings[1]}}));
 }
 
 TEST_F(TelecommandScheduleTest, ShiftingSomeAndAll) {
   const auto pings = insert_pings({5 * s, 6 * s});
-  send(11, 7, numbers({{2500, 4}, {1, 2}}) + name_of(pings[0]));
-  step();
-  EXPECT_EQ(types(), "1.1 1.3 1.7");
+  EXPECT_EQ(types_after(11, 7, numbers({{2500, 4}, {1, 2}}) + name_of(pings[0])), "1.1 1.3 1.7");
   EXPECT_EQ(summary(), (std::vector<std::pair<TimeNs, int>>{{6 * s, pings[1]}, {7500 * ns_per_ms, pings[0]}}));
-  send(11, 15, numbers({{static_cast<std::uint32_t>(-1000), 4}}));
-  step();
-  EXPECT_EQ(types(), "1.1 1.3 1.7");
+  EXPECT_EQ(types_after(11, 15, numbers({{static_cast<std::uint32_t>(-1000), 4}})), "1.1 1.3 1.7");
   EXPECT_EQ(summary(), (std::vector<std::pair<TimeNs, int>>{{5 * s, pings[1]}, {6500 * ns_per_ms, pings[0]}}));
-  send(11, 15, numbers({{static_cast<std::uint32_t>(-6000), 4}}));
-  step();
-  EXPECT_EQ(failure(), "1.4 release_in_past");
+  EXPECT_EQ(failure_after(11, 15, numbers({{static_cast<std::uint32_t>(-6000), 4}})), "1.4 release_in_past");
   EXPECT_EQ(summary().size(), 2U);
   begin();
   EXPECT_EQ(summary(), (std::vector<std::pair<TimeNs, int>>{{5 * s, pings[1]}, {6500 * ns_per_ms, pings[0]}}));
@@ -241,23 +231,17 @@ TEST_F(TelecommandScheduleTest, DisabledNothingIsReleasedAndResetForgets) {
   step_at(2 * s);
   EXPECT_EQ(failure(), "1.4 release_missed");
   begin();
-  send(11, 1);
-  step();
-  EXPECT_EQ(types(), "1.1 1.3 1.7");
+  EXPECT_EQ(types_after(11, 1), "1.1 1.3 1.7");
   step_at(30 * s);
   EXPECT_EQ(types(), "17.2 1.7");
   insert_pings({50 * s});
-  send(11, 3);
-  step();
-  EXPECT_EQ(types(), "1.1 1.3 1.7");
+  EXPECT_EQ(types_after(11, 3), "1.1 1.3 1.7");
   EXPECT_TRUE(summary().empty());
   EXPECT_EQ(number_of<ScheduledRecord>(), 0);
   step();
   for (int i = 0; i < 60; ++i) EXPECT_TRUE(telecommander->step().status.ok());
   EXPECT_EQ(read<CommandingRecord>(1).schedule_enabled, 0);
-  send(11, 3, {1});
-  step();
-  EXPECT_EQ(failure(), "1.2 request_malformed");
+  EXPECT_EQ(failure_after(11, 3, {1}), "1.2 request_malformed");
 }
 
 TEST_F(TelecommandScheduleTest, DetailReportsHoldTheRequests) {
@@ -266,22 +250,16 @@ TEST_F(TelecommandScheduleTest, DetailReportsHoldTheRequests) {
   insert({{5 * s, ping}, {6 * s, packet(17, 3, {0, 0xEF})}});
   step();
   received();
-  send(11, 16);
-  step();
-  EXPECT_EQ(types(), "1.1 1.3 11.10 1.7");
+  EXPECT_EQ(types_after(11, 16), "1.1 1.3 11.10 1.7");
   ByteReader in(last_report[2].data);
   EXPECT_EQ(in.u16(), 2);
   const auto release = in.take(7);
   EXPECT_EQ(Bytes(release.begin(), release.end()), time_of(5 * s));
   const auto first = in.take(ping.size());
   EXPECT_EQ(Bytes(first.begin(), first.end()), ping);
-  send(11, 9, numbers({{1, 2}}) + name_of(sequence));
-  step();
-  EXPECT_EQ(types(), "1.1 1.3 11.10 1.7");
+  EXPECT_EQ(types_after(11, 9, numbers({{1, 2}}) + name_of(sequence)), "1.1 1.3 11.10 1.7");
   EXPECT_EQ(last_report[2].data, numbers({{1, 2}}) + time_of(5 * s) + ping);
-  send(11, 12, numbers({{1, 2}}) + name_of(sequence));
-  step();
-  EXPECT_EQ(types(), "1.1 1.3 11.13 1.7");
+  EXPECT_EQ(types_after(11, 12, numbers({{1, 2}}) + name_of(sequence)), "1.1 1.3 11.13 1.7");
   EXPECT_EQ(last_report[2].data, numbers({{1, 2}}) + time_of(5 * s) + name_of(sequence));
 }
 

@@ -17,7 +17,7 @@ class TelecommandVectorTest : public TelecommandTest {
     link.up.push_back(octets);
     clock.set(clock.now() + minor_frame_ns);
     step();
-    const std::deque<Bytes> kept = link.down;
+    const std::vector<Bytes> kept = link.down;
     if (std::string text = failure(); !text.empty()) return text;
     link.down = kept;
     return types();

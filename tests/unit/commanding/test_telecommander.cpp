@@ -21,45 +21,27 @@ TEST_F(TelecommandTest, PingIsAnsweredInOrder) {
 }
 
 TEST_F(TelecommandTest, FlagsChooseTheReportsOfSuccess) {
-  send(17, 1, {}, 1, 0);
-  step();
-  EXPECT_EQ(types(), "17.2");
-  send(17, 1, {}, 1, ack::acceptance);
-  step();
-  EXPECT_EQ(types(), "1.1 17.2");
-  send(17, 1, {}, 1, ack::completion);
-  step();
-  EXPECT_EQ(types(), "17.2 1.7");
-  send(77, 1, {}, 1, 0);
-  step();
-  EXPECT_EQ(failure(), "1.2 service_unknown");
+  EXPECT_EQ(types_after(17, 1, {}, 1, 0), "17.2");
+  EXPECT_EQ(types_after(17, 1, {}, 1, ack::acceptance), "1.1 17.2");
+  EXPECT_EQ(types_after(17, 1, {}, 1, ack::completion), "17.2 1.7");
+  EXPECT_EQ(failure_after(77, 1, {}, 1, 0), "1.2 service_unknown");
 }
 
 TEST_F(TelecommandTest, ConnectionIsToThisApplicationOnly) {
-  send(17, 3, {0x00, 0xEF});
-  step();
-  EXPECT_EQ(types(), "1.1 1.3 17.4 1.7");
+  EXPECT_EQ(types_after(17, 3, {0x00, 0xEF}), "1.1 1.3 17.4 1.7");
   EXPECT_EQ(last_report[2].data, (Bytes{0x00, 0xEF}));
-  send(17, 3, {0x00, 0xEE});
-  step();
-  EXPECT_EQ(failure(), "1.4 packet_apid");
-  send(17, 3, {0x00});
-  step();
-  EXPECT_EQ(failure(), "1.2 request_malformed");
+  EXPECT_EQ(failure_after(17, 3, {0x00, 0xEE}), "1.4 packet_apid");
+  EXPECT_EQ(failure_after(17, 3, {0x00}), "1.2 request_malformed");
 }
 
 TEST_F(TelecommandTest, WhatIsUnknownIsAnswered) {
   const std::pair<int, int> unknown[] = {{17, 99}, {8, 2}, {11, 99}, {20, 4}};
   for (const auto& [service, subtype] : unknown) {
-    send(service, subtype);
-    step();
-    EXPECT_EQ(failure(), "1.2 subtype_unknown") << service;
+    EXPECT_EQ(failure_after(service, subtype), "1.2 subtype_unknown") << service;
     EXPECT_EQ(value_of(last_report[0], 0), service);
     EXPECT_EQ(value_of(last_report[0], 1), subtype);
   }
-  send(8, 1, function("NOSUCH"));
-  step();
-  EXPECT_EQ(failure(), "1.4 function_unknown");
+  EXPECT_EQ(failure_after(8, 1, function("NOSUCH")), "1.4 function_unknown");
 }
 
 TEST_F(TelecommandTest, MalformedPacketsAreAnsweredWithTheirReason) {
@@ -75,9 +57,7 @@ TEST_F(TelecommandTest, MalformedPacketsAreAnsweredWithTheirReason) {
   step();
   EXPECT_EQ(types(), "");
   // And the package goes on.
-  send(17, 1);
-  step();
-  EXPECT_EQ(types(), "1.1 1.3 17.2 1.7");
+  EXPECT_EQ(types_after(17, 1), "1.1 1.3 17.2 1.7");
 }
 
 TEST_F(TelecommandTest, EverySingleDamageLeavesItAlive) {
@@ -90,9 +70,7 @@ TEST_F(TelecommandTest, EverySingleDamageLeavesItAlive) {
     step();
     for (const Report& report : received()) EXPECT_TRUE(report == std::make_pair(1, 2)) << "bit " << bit;
   }
-  send(17, 1);
-  step();
-  EXPECT_EQ(types(), "1.1 1.3 17.2 1.7");
+  EXPECT_EQ(types_after(17, 1), "1.1 1.3 17.2 1.7");
 }
 
 TEST_F(TelecommandTest, TwoGroundStationsHearTheirOwnReportsAndCounts) {
@@ -163,9 +141,7 @@ TEST_F(TelecommandTest, AFloodIsBoundedPerStepAndAnswered) {
 
 TEST_F(TelecommandTest, CaptureCompletesWhenTheImageIsExposed) {
   clock.set(5 * ns_per_s);
-  send(8, 1, function("CAPTURE", {0x00, 0x50}));
-  step();
-  EXPECT_EQ(types(), "1.1 1.3");
+  EXPECT_EQ(types_after(8, 1, function("CAPTURE", {0x00, 0x50})), "1.1 1.3");
   const CommandRecord command = last_command();
   EXPECT_EQ(command.kind, CommandKind::capture_soon);
   EXPECT_EQ(command.at_ns, 5 * ns_per_s);
@@ -180,9 +156,7 @@ TEST_F(TelecommandTest, ADamagedCaptureOrCommandKeepsNobodyFromTheNextOnes) {
   CaptureRecord orphan{.id = 2, .command_id = 1};
   write(orphan);
   failing.damage(RecordType::command, 1);
-  send(8, 1, function("CAPTURE"));
-  step();
-  EXPECT_EQ(types(), "1.1 1.3");
+  EXPECT_EQ(types_after(8, 1, function("CAPTURE")), "1.1 1.3");
   CaptureRecord capture{.id = 3, .command_id = last_command().id};
   write(capture);
   step();
@@ -200,9 +174,7 @@ TEST_F(TelecommandTest, WhatARequestWaitsForMayBeDamagedAndOthersAreCompleted) {
   send(8, 1, function("STRIPEND"));
   send(8, 1, function("FLUSH"));
   send(8, 1, function("STRIPBEG"));
-  send(8, 1, function("PRODDEL", numbers({{1, 4}, {1, 1}})));
-  step();
-  EXPECT_EQ(types(), "1.1 1.3 1.1 1.3 1.1 1.3 1.1 1.3");
+  EXPECT_EQ(types_after(8, 1, function("PRODDEL", numbers({{1, 4}, {1, 1}}))), "1.1 1.3 1.1 1.3 1.1 1.3 1.1 1.3");
   let_overlap_checker_obey(last_command().id);
   failing.damage(RecordType::strip, 1);
   failing.damage(RecordType::product, product.id);
@@ -249,21 +221,13 @@ TEST_F(TelecommandTest, ACaptureThatFailsTellsWhy) {
 
 TEST_F(TelecommandTest, CaptureAtATime) {
   clock.set(100 * ns_per_s);
-  send(8, 1, function("CAPTAT", time_of(104 * ns_per_s + 250 * ns_per_ms)));
-  step();
-  EXPECT_EQ(types(), "1.1 1.3");
+  EXPECT_EQ(types_after(8, 1, function("CAPTAT", time_of(104 * ns_per_s + 250 * ns_per_ms))), "1.1 1.3");
   EXPECT_EQ(last_command().kind, CommandKind::capture);
   EXPECT_EQ(last_command().at_ns, 104 * ns_per_s + 250 * ns_per_ms);
-  send(8, 1, function("CAPTAT", time_of(99 * ns_per_s)));
-  step();
-  EXPECT_EQ(failure(), "1.4 release_in_past");
+  EXPECT_EQ(failure_after(8, 1, function("CAPTAT", time_of(99 * ns_per_s))), "1.4 release_in_past");
   EXPECT_EQ(value_of(last_report.back(), 0), 1000);
-  send(8, 1, function("CAPTAT", {0x40, 0x61}));
-  step();
-  EXPECT_EQ(failure(), "1.4 function_arguments");
-  send(8, 1, function("CAPTAT", {0x77, 0x61, 0x05, 0, 0, 0, 0}));
-  step();
-  EXPECT_EQ(failure(), "1.4 time_code_unknown");
+  EXPECT_EQ(failure_after(8, 1, function("CAPTAT", {0x40, 0x61})), "1.4 function_arguments");
+  EXPECT_EQ(failure_after(8, 1, function("CAPTAT", {0x77, 0x61, 0x05, 0, 0, 0, 0})), "1.4 time_code_unknown");
 }
 
 TEST_F(TelecommandTest, ASeriesReportsEveryImageAndItsEnd) {
@@ -271,9 +235,7 @@ TEST_F(TelecommandTest, ASeriesReportsEveryImageAndItsEnd) {
   const auto arguments = [&](TimeNs first, std::uint32_t ms, std::uint16_t number) {
     return time_of(first) + numbers({{ms, 4}, {number, 2}});
   };
-  send(8, 1, function("CAPTSER", arguments(10 * ns_per_s, 1000, 5)));
-  step();
-  EXPECT_EQ(types(), "1.1 1.3");
+  EXPECT_EQ(types_after(8, 1, function("CAPTSER", arguments(10 * ns_per_s, 1000, 5))), "1.1 1.3");
   EXPECT_EQ(number_of<CommandRecord>(), 0);  // far ahead of its time nothing is commanded
   std::string all;
   std::int64_t answered = 0;
@@ -291,9 +253,8 @@ TEST_F(TelecommandTest, ASeriesReportsEveryImageAndItsEnd) {
   EXPECT_EQ(all, "1.5 1.5 1.5 1.5 1.8");
   EXPECT_EQ(reason, StatusCode::capture_missed);
   send(8, 1, function("CAPTSER", arguments(100 * ns_per_s, 10, 5)));
-  send(8, 1, function("CAPTSER", arguments(100 * ns_per_s, 1000, 0)));
-  step();
-  EXPECT_EQ(failure(), "1.4 invalid_argument 1.4 invalid_argument");
+  EXPECT_EQ(failure_after(8, 1, function("CAPTSER", arguments(100 * ns_per_s, 1000, 0))),
+            "1.4 invalid_argument 1.4 invalid_argument");
 }
 
 TEST_F(TelecommandTest, OpenRequestsSurviveARestart) {
@@ -332,18 +293,17 @@ TEST_F(TelecommandTest, ParametersAreReportedWithTheirTypes) {
   mission.corners = 700;
   begin();
   const std::uint16_t corners = id_of("motion", "corners"), overlap = id_of("overlap", "target_overlap");
-  send(20, 1, numbers({{2, 2}, {corners, 2}, {overlap, 2}}));
-  step();
-  EXPECT_EQ(types(), "1.1 1.3 20.2 1.7");
+  EXPECT_EQ(types_after(20, 1, numbers({{2, 2}, {corners, 2}, {overlap, 2}})), "1.1 1.3 20.2 1.7");
   Bytes expected = numbers({{2, 2}, {corners, 2}, {700, 2}, {overlap, 2}, {std::bit_cast<std::uint64_t>(0.82), 8}});
   EXPECT_EQ(last_report[2].data, expected);
 }
 
 TEST_F(TelecommandTest, ParametersAreSetAndStaySet) {
   const std::uint16_t corners = id_of("motion", "corners"), overlap = id_of("overlap", "target_overlap");
-  send(20, 3, numbers({{2, 2}, {corners, 2}, {555, 2}, {overlap, 2}, {std::bit_cast<std::uint64_t>(0.75), 8}}));
-  step();
-  EXPECT_EQ(types(), "1.1 1.3 1.7");
+  EXPECT_EQ(
+      types_after(20, 3,
+                  numbers({{2, 2}, {corners, 2}, {555, 2}, {overlap, 2}, {std::bit_cast<std::uint64_t>(0.75), 8}})),
+      "1.1 1.3 1.7");
   EXPECT_EQ(mission.corners, 555);
   EXPECT_EQ(mission.target_overlap, 0.75);
   MissionParameters later;
@@ -377,9 +337,7 @@ TEST_F(TelecommandTest, OneBadParameterSetsNone) {
   EXPECT_EQ(set(numbers({{1, 2}, {corners, 2}, {5, 1}})), "1.2 request_malformed");
   EXPECT_EQ(set(numbers({{1, 2}, {corners, 2}, {555, 2}, {0, 1}})), "1.2 request_malformed");
   EXPECT_EQ(set(numbers({{1000, 2}})), "1.2 capacity_exceeded");
-  send(20, 1, numbers({{1, 2}, {0xEEEE, 2}}));
-  step();
-  EXPECT_EQ(failure(), "1.4 parameter_unknown");
+  EXPECT_EQ(failure_after(20, 1, numbers({{1, 2}, {0xEEEE, 2}})), "1.4 parameter_unknown");
 }
 
 TEST_F(TelecommandTest, WhatWaitsForTheNextStartIsReportedButDoesNotAct) {
@@ -412,21 +370,15 @@ TEST_F(TelecommandTest, ASettingThatDoesNotFitAnyMoreIsLeftOut) {
 
 TEST_F(TelecommandTest, ModesArePersistentParameters) {
   send(8, 1, function("CAPMODE", {1}));
-  send(8, 1, function("SAFEMODE", {1}));
-  step();
-  EXPECT_EQ(types(), "1.1 1.3 1.7 1.1 1.3 1.7");
+  EXPECT_EQ(types_after(8, 1, function("SAFEMODE", {1})), "1.1 1.3 1.7 1.1 1.3 1.7");
   EXPECT_EQ(mission.capture_mode, CaptureMode::forecast);
   EXPECT_TRUE(mission.safe_mode);
   MissionParameters later;
   ASSERT_TRUE(load_settings(store, later).ok());
   EXPECT_EQ(later.capture_mode, CaptureMode::forecast);
   EXPECT_TRUE(later.safe_mode);
-  send(8, 1, function("CAPMODE", {3}));
-  step();
-  EXPECT_EQ(failure(), "1.4 parameter_out_of_range");
-  send(8, 1, function("CAPMODE"));
-  step();
-  EXPECT_EQ(failure(), "1.4 function_arguments");
+  EXPECT_EQ(failure_after(8, 1, function("CAPMODE", {3})), "1.4 parameter_out_of_range");
+  EXPECT_EQ(failure_after(8, 1, function("CAPMODE")), "1.4 function_arguments");
 }
 
 TEST_F(TelecommandTest, PassesBeginAndEndByCommand) {
@@ -438,13 +390,9 @@ TEST_F(TelecommandTest, PassesBeginAndEndByCommand) {
   EXPECT_FALSE(contact_at(mission, 51 * ns_per_s).open);
   EXPECT_TRUE(contact_at(mission, 51 * ns_per_s + continuous_window_ns).open);
   clock.set(200 * ns_per_s);
-  send(8, 1, function("PASSBEG", {0, 0, 0, 60}));
-  step();
-  EXPECT_EQ(types(), "1.1 1.3 1.7");
+  EXPECT_EQ(types_after(8, 1, function("PASSBEG", {0, 0, 0, 60})), "1.1 1.3 1.7");
   EXPECT_EQ(mission.opened_until_s, 260);
-  send(8, 1, function("PASSBEG", {0, 0, 0, 0}));
-  step();
-  EXPECT_EQ(failure(), "1.4 invalid_argument");
+  EXPECT_EQ(failure_after(8, 1, function("PASSBEG", {0, 0, 0, 0})), "1.4 invalid_argument");
 }
 
 // 10^9 s are 31.7 years, 2^31 s are 68 years, and 2^31 ms are 25 days.
@@ -452,16 +400,12 @@ TEST_F(TelecommandTest, PassesBeginAndEndByCommandUpToTheLatestMissionTime) {
   for (const double begin_s : {2'147'483.0, 0.99e9, 1.01e9, 2'147'483'600.0, 3.99e9}) {
     SCOPED_TRACE(begin_s);
     clock.set(ns_from_seconds(begin_s));
-    send(8, 1, function("PASSEND"));
-    step();
-    EXPECT_EQ(types(), "1.1 1.3 1.7");
+    EXPECT_EQ(types_after(8, 1, function("PASSEND")), "1.1 1.3 1.7");
     clock.set(clock.now() + ns_per_ms);
     EXPECT_FALSE(router->contact());
     clock.set(clock.now() + continuous_window_ns);
     EXPECT_TRUE(router->contact());
-    send(8, 1, function("PASSBEG", {0, 0, 0, 60}));
-    step();
-    EXPECT_EQ(types(), "1.1 1.3 1.7");
+    EXPECT_EQ(types_after(8, 1, function("PASSBEG", {0, 0, 0, 60})), "1.1 1.3 1.7");
     EXPECT_NEAR(mission.opened_until_s, 1e-9 * static_cast<double>(clock.now()) + 60, 1e-3);
   }
 }
@@ -473,9 +417,7 @@ TEST_F(TelecommandTest, StripsEndWhenTheOverlapCheckerHasObeyed) {
   write(strip);
   send(8, 1, function("STRIPEND"));
   send(8, 1, function("FLUSH"));
-  send(8, 1, function("STRIPBEG"));
-  step();
-  EXPECT_EQ(types(), "1.1 1.3 1.1 1.3 1.1 1.3");
+  EXPECT_EQ(types_after(8, 1, function("STRIPBEG")), "1.1 1.3 1.1 1.3 1.1 1.3");
   const CommandRecord command = last_command();
   EXPECT_EQ(command.kind, CommandKind::end_strip);
   EXPECT_EQ(command.reason, StripEnd::commanded);
@@ -503,32 +445,22 @@ TEST_F(TelecommandTest, StripsEndWhenTheOverlapCheckerHasObeyed) {
 TEST_F(TelecommandTest, ProductsAreRefinedAndDeleted) {
   ProductRecord product{.id = product_id(7, ProductKind::image), .keyframe_id = 7};
   write(product);
-  send(8, 1, function("REFINE", numbers({{7, 4}})));
-  step();
-  EXPECT_EQ(types(), "1.1 1.3 1.7");
+  EXPECT_EQ(types_after(8, 1, function("REFINE", numbers({{7, 4}}))), "1.1 1.3 1.7");
   EXPECT_EQ(last_command().kind, CommandKind::refine);
   EXPECT_EQ(last_command().keyframe_id, 7);
-  send(8, 1, function("REFINE", numbers({{8, 4}})));
-  step();
-  EXPECT_EQ(failure(), "1.4 not_found");
-  send(8, 1, function("PRODDEL", numbers({{7, 4}, {1, 1}})));
-  step();
-  EXPECT_EQ(types(), "1.1 1.3");
+  EXPECT_EQ(failure_after(8, 1, function("REFINE", numbers({{8, 4}}))), "1.4 not_found");
+  EXPECT_EQ(types_after(8, 1, function("PRODDEL", numbers({{7, 4}, {1, 1}}))), "1.1 1.3");
   EXPECT_EQ(last_command().subject_id, product.id);
   product.state = ProductState::dropped;
   write(product);
   step();
   EXPECT_EQ(types(), "1.7");
   send(8, 1, function("PRODDEL", numbers({{7, 4}, {2, 1}})));
-  send(8, 1, function("PRODDEL", numbers({{99, 4}, {0, 1}})));
-  step();
-  EXPECT_EQ(failure(), "1.4 invalid_argument 1.4 not_found");
+  EXPECT_EQ(failure_after(8, 1, function("PRODDEL", numbers({{99, 4}, {0, 1}}))), "1.4 invalid_argument 1.4 not_found");
 }
 
 TEST_F(TelecommandTest, ARestartIsReportedAsDoneHoweverManyEventsCameBefore) {
-  send(8, 1, function("RESTART", {3}));
-  step();
-  EXPECT_EQ(types(), "1.1 1.3");
+  EXPECT_EQ(types_after(8, 1, function("RESTART", {3})), "1.1 1.3");
   EventRecord event;
   for (event.id = 1; event.id <= 2000; ++event.id) {
     event.code = static_cast<std::uint16_t>(StatusCode::frame_gap);
@@ -545,9 +477,7 @@ TEST_F(TelecommandTest, ARestartIsReportedAsDoneHoweverManyEventsCameBefore) {
 }
 
 TEST_F(TelecommandTest, ARestartIsCompleteWhenItsEventIsThere) {
-  send(8, 1, function("RESTART", {3}));
-  step();
-  EXPECT_EQ(types(), "1.1 1.3");
+  EXPECT_EQ(types_after(8, 1, function("RESTART", {3})), "1.1 1.3");
   EXPECT_EQ(last_command().kind, CommandKind::restart);
   EXPECT_EQ(last_command().subject_id, 3);
   EventRecord event{.id = 1, .code = static_cast<std::uint16_t>(StatusCode::component_restarted), .a = 2};
@@ -560,9 +490,7 @@ TEST_F(TelecommandTest, ARestartIsCompleteWhenItsEventIsThere) {
   step();
   EXPECT_EQ(types(), "1.7");
   send(8, 1, function("RESTART", {0}));
-  send(8, 1, function("RESTART", {200}));
-  step();
-  EXPECT_EQ(failure(), "1.4 invalid_argument 1.4 invalid_argument");
+  EXPECT_EQ(failure_after(8, 1, function("RESTART", {200})), "1.4 invalid_argument 1.4 invalid_argument");
 }
 
 TEST_F(TelecommandTest, AnUplinkedFileTakesEffectAndTransfersTakeWishes) {
@@ -580,9 +508,7 @@ TEST_F(TelecommandTest, AnUplinkedFileTakesEffectAndTransfersTakeWishes) {
   EXPECT_EQ(read<UplinkRecord>(4).state, UplinkState::active);
   EXPECT_EQ(read<TransferRecord>(9).wish, TransferWish::suspend);
   send(8, 1, function("ACTIVATE", numbers({{5, 4}})));
-  send(8, 1, function("XFERCANC", numbers({{32, 4}})));
-  step();
-  EXPECT_EQ(failure(), "1.4 not_found 1.4 not_found");
+  EXPECT_EQ(failure_after(8, 1, function("XFERCANC", numbers({{32, 4}}))), "1.4 not_found 1.4 not_found");
 }
 
 TEST_F(TelecommandTest, OpenRequestsAreBounded) {
@@ -593,9 +519,7 @@ TEST_F(TelecommandTest, OpenRequestsAreBounded) {
   step();
   EXPECT_EQ(failure(), "");
   const std::int64_t commands = number_of<CommandRecord>();
-  send(8, 1, function("CAPTURE"));
-  step();
-  EXPECT_EQ(failure(), "1.4 requests_full");
+  EXPECT_EQ(failure_after(8, 1, function("CAPTURE")), "1.4 requests_full");
   EXPECT_EQ(number_of<CommandRecord>(), commands);
 }
 
@@ -622,9 +546,7 @@ TEST_F(TelecommandTest, WhileTheStoreIsLockedWhatChangesNothingIsCarriedOut) {
   send(17, 3, {0x00, 0xEF});
   send(20, 1, numbers({{1, 2}, {1, 2}}));
   send(11, 17);
-  send(11, 16);
-  step();
-  EXPECT_EQ(types(), "1.1 1.3 17.4 1.7 1.1 1.3 20.2 1.7 1.1 1.3 11.13 1.7 1.1 1.3 11.10 1.7");
+  EXPECT_EQ(types_after(11, 16), "1.1 1.3 17.4 1.7 1.1 1.3 20.2 1.7 1.1 1.3 11.13 1.7 1.1 1.3 11.10 1.7");
 }
 
 TEST_F(TelecommandTest, ATelecommandThatNeedsTheStoreWaitsForAShortLock) {

@@ -16,18 +16,14 @@
 #include "fsw/packets/report_table.hpp"
 #include "sim/tools/docgen/documents.hpp"
 #include "sim/tools/docgen/figures.hpp"
+#include "tests/support/said.hpp"
 
 namespace {
 
 namespace fs = std::filesystem;
 
-std::string file_text(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-}
-
 std::string page(const std::string& name) {
-  return file_text("docs/" + name);
+  return ilp::test::text_of("docs/" + name);
 }
 
 /// Octets of a report as ground software would count them that has the page only: of all items of the section in which
@@ -103,7 +99,7 @@ TEST(GeneratedPages, TablesOfFiguresAreThoseOfTheirFiles) {
   std::multiset<std::string> named, files;
   for (const fs::directory_entry& entry : fs::directory_iterator("docs")) {
     if (entry.path().extension() != ".md") continue;
-    const std::string committed = file_text(entry.path());
+    const std::string committed = ilp::test::text_of(entry.path());
     for (const std::string& name : ilp::docgen::figures_of(committed)) named.insert(name);
     EXPECT_TRUE(committed == ilp::docgen::with_figures(committed, "docs/figures"))
         << entry.path() << " is out of date: run build/host/bin/ilp-docgen docs";
@@ -122,12 +118,7 @@ class FiguresFile : public testing::Test {
   void write(const std::string& json) { std::ofstream(folder / "errors.json") << json; }
   /// What is said of the page; empty where nothing is wrong.
   std::string refusal(const std::string& text) {
-    try {
-      (void)ilp::docgen::with_figures(text, folder);
-    } catch (const std::runtime_error& error) {
-      return error.what();
-    }
-    return "";
+    return ilp::test::error_of([&] { (void)ilp::docgen::with_figures(text, folder); });
   }
   const fs::path folder = fs::path(testing::TempDir()) / "ilp-figures";
   const std::string blank = "Text.\n\n<!-- figures: errors -->\n<!-- end -->\n\nMore.\n";

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
-#include <fstream>
 #include <iterator>
 #include <map>
 #include <regex>
@@ -17,6 +16,7 @@
 #include <vector>
 
 #include "cfg/schedule.hpp"
+#include "tests/support/said.hpp"
 
 using ilp::ns_per_ms;
 using ilp::schedule;
@@ -26,10 +26,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string text_of(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-}
+using ilp::test::text_of;
 
 /// Each room of stages has one.
 std::vector<fs::path> folder_pages() {

@@ -177,11 +177,10 @@ TEST_F(DownlinkTest, AProductThatChangedInTheStoreIsReportedAndNotSent) {
   add_product(1, ProductKind::image, 0.5);
   const std::int64_t hit = product_id(1, ProductKind::depth);
   {
-    Transaction transaction(store);
-    ASSERT_TRUE(transaction.begin().ok());
     const std::uint8_t flipped = static_cast<std::uint8_t>(content(hit, 5000)[4567] ^ 0x10U);
-    ASSERT_TRUE(write_blob<ProductRecord>(store, "data", hit, 4567, {&flipped, 1}).ok());
-    ASSERT_TRUE(transaction.commit().ok());
+    test::in_transaction(store, [&] {
+      ASSERT_TRUE(write_blob<ProductRecord>(store, "data", hit, 4567, {&flipped, 1}).ok());
+    });
   }
   clock.set(ns_per_s);
   const std::vector<Status> events = run(*downlink);

@@ -182,9 +182,8 @@ TEST_F(DownlinkFaultsTest, DamagedRecordsStopNoWalk) {
 TEST_F(DownlinkFaultsTest, ADamagedRecordOfAFileLetsWhatItCarriedGoAgain) {
   for (std::int64_t id = 1; id <= 4; ++id) add_keyframe(id);
   fly(10);
-  DownlinkRecord record;
   std::int64_t hit = 0;
-  for (std::int64_t id = 0; next(store, id, record).ok(); id = record.id) {
+  for (const DownlinkRecord& record : test::records_of<DownlinkRecord>(store)) {
     if (record.name == product_name(3)) hit = record.id;
   }
   ASSERT_NE(hit, 0);
@@ -358,13 +357,7 @@ TEST_F(DownlinkFaultsTest, BehindAnOlderCheckpointNumbersGoOnBehindWhatIsOnRecor
   fly(10);
   const std::size_t before = link.order.size();
   // The checkpoint is lost; what was sent is on record.
-  {
-    Transaction transaction(store);
-    ASSERT_TRUE(transaction.begin().ok());
-    CheckpointRecord record;
-    while (next(store, 0, record).ok()) ASSERT_TRUE(store.erase(record_info<CheckpointRecord>(), record.id).ok());
-    ASSERT_TRUE(transaction.commit().ok());
-  }
+  test::erase_records<CheckpointRecord>(store);
   reboot();
   add_keyframe(4);
   fly(30, true);

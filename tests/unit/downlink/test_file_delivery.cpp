@@ -7,6 +7,7 @@
 #include "fsw/downlink/downlink.hpp"
 #include "tests/support/delivery_rig.hpp"
 #include "tests/support/step_memory.hpp"
+#include "tests/support/store_records.hpp"
 
 namespace ilp {
 namespace {
@@ -17,10 +18,7 @@ using test::DeliveryRig;
 class FileDeliveryTest : public testing::Test {
  protected:
   void wish(std::int64_t sequence, TransferWish what) {
-    Transaction transaction(rig.store);
-    ASSERT_TRUE(transaction.begin().ok());
-    ASSERT_TRUE(request_transfer(rig.store, sequence, what).ok());
-    ASSERT_TRUE(transaction.commit().ok());
+    test::in_transaction(rig.store, [&] { ASSERT_TRUE(request_transfer(rig.store, sequence, what).ok()); });
   }
   void steps(int number) {
     for (int i = 0; i < number; ++i) rig.step();
@@ -462,8 +460,7 @@ TEST_F(FileDeliveryTest, NumbersThatAreUsedUpGetLongerAndNeverComeAgain) {
     rig.offer("product-" + std::to_string(i), rig.noise(20));
     for (int step = 0; step < 200 && !rig.done(); ++step) {
       rig.step();
-      TransferRecord record;
-      for (std::int64_t id = 0; next(rig.store, id, record).ok(); id = record.id) {
+      for (const TransferRecord& record : test::records_of<TransferRecord>(rig.store)) {
         if (record.sequence == 0) continue;
         const auto [place, fresh] = used.emplace(record.sequence, record.name);
         ASSERT_EQ(place->second, record.name) << "transaction " << record.sequence << " came again";

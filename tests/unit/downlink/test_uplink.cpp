@@ -6,6 +6,7 @@
 #include <string>
 
 #include "cfg/mission_text.hpp"
+#include "tests/support/store_records.hpp"
 #include "tests/unit/downlink/uplink_fixture.hpp"
 
 namespace ilp {
@@ -214,10 +215,8 @@ TEST_F(UplinkTest, ADamagedRecordOfAnotherFileStopsNeitherKeepingNorActivating) 
   const auto sent = put("b.ini", text("[overlap]\ntarget_overlap = 0.9\n"), 100);
   EXPECT_EQ(sent.state, ground_cfdp::CfdpSender::State::retained);
   MissionParameters mission;
-  Transaction transaction(rig.failing);
-  ASSERT_TRUE(transaction.begin().ok());
-  EXPECT_TRUE(activate_uplink(rig.failing, 3, rig.clock.now(), mission).ok());
-  ASSERT_TRUE(transaction.commit().ok());
+  test::in_transaction(rig.failing,
+                       [&] { EXPECT_TRUE(activate_uplink(rig.failing, 3, rig.clock.now(), mission).ok()); });
   EXPECT_EQ(mission.target_overlap, 0.9);
 }
 

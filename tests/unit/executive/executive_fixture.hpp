@@ -12,6 +12,7 @@
 #include "hal/store/ram/ram_store.hpp"
 #include "tests/support/failing_store.hpp"
 #include "tests/support/fake_clock.hpp"
+#include "tests/support/store_records.hpp"
 
 namespace ilp::test {
 
@@ -75,21 +76,9 @@ class ExecutiveTest : public testing::Test {
   void write(std::int64_t id) {
     Record record;
     record.id = id;
-    Transaction transaction(store);
-    ASSERT_TRUE(transaction.begin().ok());
-    ASSERT_TRUE(put(store, record).ok());
-    ASSERT_TRUE(transaction.commit().ok());
+    test::write_records(store, record);
   }
-  std::vector<EventRecord> events(StatusCode code) {
-    std::vector<EventRecord> found;
-    EventRecord event;
-    std::int64_t id = 0;
-    while (next(store, id, event).ok()) {
-      id = event.id;
-      if (event.code == static_cast<std::uint16_t>(code)) found.push_back(event);
-    }
-    return found;
-  }
+  std::vector<EventRecord> events(StatusCode code) { return test::events_of(store, code); }
   const ComponentStats& stats(std::size_t i) const { return executive.stats(static_cast<ComponentId>(i + 1)); }
 
   std::vector<std::byte> region = std::vector<std::byte>(std::size_t{8} << 20U);

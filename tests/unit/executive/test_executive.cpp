@@ -345,10 +345,7 @@ TEST_F(ExecutiveTest, FramesThatWaitWithoutRestLowerTheLevelOfWorkInRealTimeOnly
 
 TEST_F(ExecutiveTest, TheLevelOfWorkOutlivesARestartInRealTimeAndIsNoneInVirtualTime) {
   TimingRecord timing{.degraded = 2};
-  Transaction transaction(store);
-  ASSERT_TRUE(transaction.begin().ok());
-  ASSERT_TRUE(put(store, timing).ok());
-  ASSERT_TRUE(transaction.commit().ok());
+  test::write_records(store, timing);
   Executive on_board(stages, components, store, clock, {.parameters = &mission, .real_time = true});
   ASSERT_TRUE(on_board.start().ok());
   EXPECT_EQ(on_board.timing().degraded, 2);
@@ -617,13 +614,10 @@ TEST_F(ExecutiveTest, TheGroundRestartsAComponentOnce) {
   start();
   const int restores = b.restores;
   CommandRecord command{.id = 1, .kind = CommandKind::restart, .subject_id = 2};
-  Transaction transaction(store);
-  ASSERT_TRUE(transaction.begin().ok());
-  ASSERT_TRUE(put(store, command).ok());
-  command.id = 2;
-  command.subject_id = 99;
-  ASSERT_TRUE(put(store, command).ok());
-  ASSERT_TRUE(transaction.commit().ok());
+  CommandRecord unknown = command;
+  unknown.id = 2;
+  unknown.subject_id = 99;
+  test::write_records(store, command, unknown);
   run_frames(3);
   EXPECT_EQ(b.restores, restores + 1);
   ASSERT_EQ(events(StatusCode::component_restarted).size(), 1U);

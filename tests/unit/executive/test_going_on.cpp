@@ -210,10 +210,7 @@ TEST_F(ExecutiveTest, ADamagedCommandKeepsNobodyFromTheNextOnes) {
   Executive other(stages, components, failing, clock);
   ASSERT_TRUE(other.start().ok());
   CommandRecord command{.kind = CommandKind::restart, .subject_id = 2};
-  Transaction transaction(store);
-  ASSERT_TRUE(transaction.begin().ok());
-  for (command.id = 1; command.id <= 2; ++command.id) ASSERT_TRUE(put(store, command).ok());
-  ASSERT_TRUE(transaction.commit().ok());
+  for (command.id = 1; command.id <= 2; ++command.id) test::write_records(store, command);
   failing.damage(RecordType::command, 1);
   const int restores = b.restores;
   other.run_minor_frame();
@@ -277,14 +274,7 @@ class CommittingComponent final : public Component {
 class CommittingTest : public testing::Test {
  protected:
   CommittingTest() { EXPECT_TRUE(executive_.start().ok()); }
-  std::size_t reported() {
-    std::size_t count = 0;
-    EventRecord event;
-    while (next(store_, event.id, event).ok()) {
-      count += event.code == static_cast<std::uint16_t>(StatusCode::memory_damaged) ? 1 : 0;
-    }
-    return count;
-  }
+  std::size_t reported() { return test::events_of(store_, StatusCode::memory_damaged).size(); }
 
   std::vector<std::byte> region_ = std::vector<std::byte>(std::size_t{1} << 20U);
   RamStore store_{region_};

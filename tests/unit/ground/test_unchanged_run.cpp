@@ -12,6 +12,7 @@
 #include "sim/ground/received_flight.hpp"
 #include "sim/ground/run_record.hpp"
 #include "sim/host/files.hpp"
+#include "tests/support/said.hpp"
 #include "tests/unit/ground/synthetic_flight.hpp"
 
 namespace ilp::ground {
@@ -116,14 +117,8 @@ TEST_F(UnchangedRun, ResultsWithoutACatalogueAreNotReplacedByThoseOfAnotherDownl
   ASSERT_FALSE(run());
   const States before = states();
   options_.outbox = complete_;
-  try {
-    (void)run();
-    FAIL() << "another downlink";
-  } catch (const std::runtime_error& refused) {
-    EXPECT_NE(std::string(refused.what()).find("are of the downlink " + (folder_.path() / "outbox").string()),
-              std::string::npos)
-        << refused.what();
-  }
+  EXPECT_TRUE(
+      test::says(test::error_of([&] { (void)run(); }), "are of the downlink " + (folder_.path() / "outbox").string()));
   EXPECT_EQ(states(), before);
   options_.afresh = true;
   EXPECT_FALSE(run());
@@ -289,12 +284,8 @@ TEST_F(UnchangedRun, MissingAcknowledgementsAreWrittenAgain) {
 TEST(DamagedCatalogue, IsNamedByItsFileOrItsAddress) {
   ground::GroundOptions options{.out = "results"};
   const auto reported = [&] {
-    try {
-      ground::naming_catalogue(options, [] { throw map::DamagedCatalogue("a tile cannot be read back"); });
-    } catch (const std::runtime_error& error) {
-      return std::string(error.what());
-    }
-    return std::string();
+    return test::error_of(
+        [&] { ground::naming_catalogue(options, [] { throw map::DamagedCatalogue("a tile cannot be read back"); }); });
   };
   EXPECT_EQ(reported(),
             "results/catalogue.db is damaged: a tile cannot be read back; --afresh makes it again from the outbox");

@@ -15,16 +15,11 @@ namespace {
 TEST(UpdateFile, NamesTheFileInWhatItsWriterThrowsAndLeavesNothing) {
   const test::ScratchFolder folder;
   const std::filesystem::path file = folder.path() / "map.glb";
-  std::string said;
-  try {
-    update_file(file, [](std::ostream& out) {
-      out << "half";
-      throw std::runtime_error("a surface without a face");
-    });
-  } catch (const std::runtime_error& fault) {
-    said = fault.what();
-  }
-  EXPECT_EQ(said, file.string() + ": a surface without a face");
+  const auto write = [](std::ostream& out) {
+    out << "half";
+    throw std::runtime_error("a surface without a face");
+  };
+  EXPECT_EQ(test::error_of([&] { update_file(file, write); }), file.string() + ": a surface without a face");
   EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
 }
 

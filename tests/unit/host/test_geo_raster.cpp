@@ -228,7 +228,7 @@ TEST(GeoTiff, CutFilesAreRefusedAtEveryLength) {
   const test::ScratchFolder folder;
   Raster<float> heights(64, 64, 1.5F);
   write_geotiff(folder / "whole.tif", heights.view(), {});
-  const std::string bytes = test::bytes_of(folder / "whole.tif");
+  const std::string bytes = test::text_of(folder / "whole.tif");
   for (std::size_t length = 0; length + 1 < bytes.size(); length += 7) {
     folder.write("cut.tif", bytes.substr(0, length));
     ASSERT_NE(message(folder / "cut.tif"), "") << length << " of " << bytes.size() << " bytes were read";

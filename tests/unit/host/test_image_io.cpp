@@ -14,10 +14,10 @@
 namespace ilp::host {
 namespace {
 
-using test::bytes_of;
 using test::error_of;
 using test::says;
 using test::ScratchFolder;
+using test::text_of;
 
 Raster<std::uint8_t> random_image(int width, int height) {
   Raster<std::uint8_t> image(width, height);
@@ -84,7 +84,7 @@ TEST(ImageIo, PfmGivesBackTheSameBitsAndStoresTheBottomRowFirst) {
   ASSERT_EQ(read.width, 3);
   ASSERT_EQ(read.height, 2);
   EXPECT_EQ(std::memcmp(read.samples.data(), image.samples.data(), 6 * sizeof(float)), 0);
-  const std::string bytes = bytes_of(folder / "d.pfm");
+  const std::string bytes = text_of(folder / "d.pfm");
   ASSERT_EQ(bytes.substr(0, 12), "Pf\n3 2\n-1.0\n");
   float first = 0;
   std::memcpy(&first, bytes.data() + 12, sizeof(first));
@@ -99,7 +99,7 @@ TEST(ImageIo, FileCutAnywhereIsAnErrorThatNamesIt) {
   write_pgm(folder / "a.pgm", image.view());
   write_pfm(folder / "a.pfm", depth.view());
   for (const std::string name : {"a.png", "a.pgm", "a.pfm"}) {
-    const std::string whole = bytes_of(folder / name);
+    const std::string whole = text_of(folder / name);
     // What follows the last pixel of a PNG (checksums, IEND) may be missing without loss.
     const std::size_t end = whole.size() - (name == "a.png" ? 24 : 0);
     for (std::size_t size = 0; size < end; size += 1 + end / 97) {
@@ -120,7 +120,7 @@ TEST(ImageIo, DamagedPixelDataOfAPngIsAnError) {
   const ScratchFolder folder;
   const Raster<std::uint8_t> image = random_image(40, 30);
   write_png(folder / "a.png", image.view());
-  std::string bytes = bytes_of(folder / "a.png");
+  std::string bytes = text_of(folder / "a.png");
   bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 0x55);
   EXPECT_TRUE(says(error_of([&] { (void)read_gray(folder.write("bad.png", bytes)); }), "damaged PNG"));
 }
@@ -176,7 +176,7 @@ TEST(ImageIo, CameraHookDecodesBothFormatsAndReturnsWhatIsWrong) {
     EXPECT_EQ(std::memcmp(frame->view().data, image.samples.data(), image.samples.size()), 0) << name;
   }
   EXPECT_EQ(decode_image((folder / "none.png").c_str(), *frame).code, StatusCode::not_found);
-  const std::string whole = bytes_of(folder / "a.png");
+  const std::string whole = text_of(folder / "a.png");
   EXPECT_EQ(decode_image(folder.write("cut.png", whole.substr(0, 900)).c_str(), *frame).code, StatusCode::parse_error);
   const Status large = decode_image(folder.write("large.png", png_of_size(9000, 8000)).c_str(), *frame);
   EXPECT_EQ(large.code, StatusCode::image_too_large);

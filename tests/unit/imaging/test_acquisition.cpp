@@ -95,8 +95,7 @@ class AcquisitionTest : public test::ComponentTest {
   }
   std::vector<TimeNs> frame_times() {
     std::vector<TimeNs> times;
-    FrameRecord frame;
-    for (std::int64_t id = 0; next(store, id, frame).ok(); id = frame.id) times.push_back(frame.time_ns);
+    for (const FrameRecord& frame : test::records_of<FrameRecord>(store)) times.push_back(frame.time_ns);
     return times;
   }
   using Times = std::vector<TimeNs>;

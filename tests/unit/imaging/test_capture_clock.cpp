@@ -8,7 +8,7 @@
 
 #include "fsw/base/math.hpp"
 #include "tests/support/failing_store.hpp"
-#include "tests/unit/shared/component_fixture.hpp"
+#include "tests/unit/imaging/capture_fixture.hpp"
 
 namespace ilp {
 namespace {
@@ -16,25 +16,17 @@ namespace {
 constexpr std::int32_t width = 640;
 constexpr std::int32_t height = 480;
 
-TimeNs at_s(double seconds) {
-  return static_cast<TimeNs>(seconds * 1e9 + 0.5);
-}
-
-class IdleCamera final : public Camera {
- public:
-  Status capture(TimeNs, FrameImage&, CameraFrame&) override { return StatusCode::not_ready; }
-  [[nodiscard]] bool triggered() const override { return is_triggered; }
-  bool is_triggered = true;
-};
+using test::at_s;
 
 /// Plays acquisition and overlap checker: a camera that moves along the image's rows.
-class CaptureClockTest : public test::ComponentTest {
+class CaptureClockTest : public test::CaptureFixture {
  protected:
   CaptureClockTest() {
     mission.capture_mode = CaptureMode::forecast;
     mission.capture_min_interval_s = 0.5;
     mission.capture_safe_interval_s = 2;
     mission.capture_max_interval_s = 60;
+    planner = std::make_unique<CaptureClock>(store, camera, clock, mission);
     EXPECT_TRUE(planner->restore().ok());
   }
 
@@ -86,28 +78,17 @@ class CaptureClockTest : public test::ComponentTest {
     write(overlap);
   }
   std::int64_t command_capture(double seconds) {
-    CommandRecord command;
-    command.id = number_of<CommandRecord>() + 1;
-    command.time_ns = clock.now();
-    command.kind = CommandKind::capture;
-    command.at_ns = at_s(seconds);
-    write(command);
-    return command.id;
+    CommandRecord command{.kind = CommandKind::capture, .at_ns = at_s(seconds)};
+    return send(command);
   }
   CaptureRecord of_command(std::int64_t command) {
-    CaptureRecord capture;
-    for (std::int64_t id = 0; next(store, id, capture).ok(); id = capture.id) {
-      if (capture.command_id == command) return capture;
-    }
-    ADD_FAILURE() << "command " << command << " has no capture";
-    return {};
+    const CaptureRecord capture = CaptureFixture::of_command(command);
+    EXPECT_EQ(capture.command_id, command) << "it has no capture";
+    return capture;
   }
 
-  std::int64_t frames = 0, keyframes = 0;
+  std::int64_t frames = 0;
   double keyframe_x = 0;
-  std::vector<Status> faults;
-  IdleCamera camera;
-  std::unique_ptr<CaptureClock> planner = std::make_unique<CaptureClock>(store, camera, clock, mission);
 };
 
 TEST_F(CaptureClockTest, RegularModeKeepsTheInterval) {
@@ -388,8 +369,7 @@ class BurstTest : public CaptureClockTest {
   /// Requested times of the captures that became an image, s, in order.
   [[nodiscard]] std::vector<double> times(CaptureSource source) {
     std::vector<double> found;
-    CaptureRecord capture;
-    for (std::int64_t id = 0; next(store, id, capture).ok(); id = capture.id) {
+    for (const CaptureRecord& capture : test::records_of<CaptureRecord>(store)) {
       if (capture.source == source && capture.state == CaptureState::exposed)
         found.push_back(1e-9 * static_cast<double>(capture.requested_ns));
     }

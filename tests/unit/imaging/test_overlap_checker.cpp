@@ -54,8 +54,7 @@ class OverlapCheckerTest : public test::ComponentTest {
   /// Frames of the keyframes of a strip.
   std::vector<std::int64_t> keyframes(std::int64_t strip) {
     std::vector<std::int64_t> chosen;
-    KeyframeRecord keyframe;
-    for (std::int64_t id = 0; next(store, id, keyframe).ok(); id = keyframe.id) {
+    for (const KeyframeRecord& keyframe : test::records_of<KeyframeRecord>(store)) {
       if (keyframe.strip_id != strip) continue;
       EXPECT_EQ(keyframe.index, static_cast<std::int32_t>(chosen.size()));
       chosen.push_back(keyframe.frame_id);

@@ -4,9 +4,8 @@
 #include <memory>
 #include <string>
 
-#include "fsw/imaging/capture_clock.hpp"
 #include "fsw/shared/local_plane.hpp"
-#include "tests/unit/shared/component_fixture.hpp"
+#include "tests/unit/imaging/capture_fixture.hpp"
 
 namespace ilp {
 namespace {
@@ -15,9 +14,8 @@ namespace {
 constexpr double mars_radius_m = 3396190, deg = 3.14159265358979323846 / 180;
 constexpr double origin_longitude = 137.4, origin_latitude = -40;
 
-TimeNs at_s(double seconds) {
-  return static_cast<TimeNs>(std::llround(seconds * 1e9));
-}
+using test::at_s;
+
 double longitude_of(double x) {
   return origin_longitude + x / (mars_radius_m * std::cos(origin_latitude * deg)) / deg;
 }
@@ -25,14 +23,8 @@ double latitude_of(double y) {
   return origin_latitude + y / mars_radius_m / deg;
 }
 
-class IdleCamera final : public Camera {
- public:
-  Status capture(TimeNs, FrameImage&, CameraFrame&) override { return StatusCode::not_ready; }
-  [[nodiscard]] bool triggered() const override { return true; }
-};
-
 /// A vehicle that goes straight on at 5 m/s to the east, 20 m north of the origin, which it passes at 100 s.
-class PlaceCaptureTest : public test::ComponentTest {
+class PlaceCaptureTest : public test::CaptureFixture {
  protected:
   PlaceCaptureTest() {
     mission.capture_mode = CaptureMode::telecommanded;
@@ -74,34 +66,17 @@ class PlaceCaptureTest : public test::ComponentTest {
     write(measured);
   }
   std::int64_t command(double distance_m, double limit_s = 0, double x = 0, double y = 0) {
-    CommandRecord command;
-    command.id = number_of<CommandRecord>() + 1;
-    command.time_ns = clock.now();
-    command.kind = CommandKind::capture_place;
+    CommandRecord command{.kind = CommandKind::capture_place, .at_ns = at_s(limit_s)};
     command.longitude_deg = longitude_of(x);
     command.latitude_deg = latitude_of(y);
     command.distance_m = distance_m;
-    command.at_ns = at_s(limit_s);
-    write(command);
-    return command.id;
-  }
-  CaptureRecord of_command(std::int64_t command) {
-    CaptureRecord capture;
-    for (std::int64_t id = 0; next(store, id, capture).ok(); id = capture.id) {
-      if (capture.command_id == command) return capture;
-    }
-    return {};
+    return send(command);
   }
   static double seconds(TimeNs time) { return 1e-9 * static_cast<double>(time); }
   std::string reason(std::int64_t command) {
     const CaptureRecord capture = of_command(command);
     return capture.state == CaptureState::rejected ? status_name(static_cast<StatusCode>(capture.reason)) : "";
   }
-
-  std::int64_t keyframes = 0;
-  std::vector<Status> faults;
-  IdleCamera camera;
-  std::unique_ptr<CaptureClock> planner;
 };
 
 TEST_F(PlaceCaptureTest, TheImageIsWantedAtTheTimeOfTheClosestApproach) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "fsw/motion/structure_and_motion.hpp"
+#include "tests/support/level_plane.hpp"
 #include "tests/support/step_memory.hpp"
 #include "tests/unit/shared/executed_component.hpp"
 #include "tests/unit/vision/stereo/analytic_scene.hpp"
@@ -33,21 +34,6 @@ inline const std::vector<View>& views() {
   return rendered;
 }
 
-/// From image a to image b over level ground: what the overlap checker predicts.
-inline Mat3 plane_between(const View& a, const View& b) {
-  const RigidTransform step = compose(b.cam_from_world, inverse(a.cam_from_world));
-  const Vec3 normal = a.cam_from_world.rotation.col(2);
-  const Mat3 turned_and_moved =
-      step.rotation + step.translation * normal.transpose() / normal.dot(a.cam_from_world.translation);
-  Mat3 intrinsics = Mat3::Identity();
-  intrinsics(0, 0) = a.camera.fx;
-  intrinsics(1, 1) = a.camera.fy;
-  intrinsics(0, 2) = a.camera.cx;
-  intrinsics(1, 2) = a.camera.cy;
-  const Mat3 plane = intrinsics * turned_and_moved * intrinsics.inverse();
-  return plane / plane(2, 2);
-}
-
 class StructureFixture : public ComponentTest {
  protected:
   explicit StructureFixture(const std::vector<View>& seen = views()) : seen_(seen) {
@@ -62,10 +48,7 @@ class StructureFixture : public ComponentTest {
     write_frame(id, view.image);
     KeyframeRecord keyframe{
         .id = id, .frame_id = id, .strip_id = 1, .index = static_cast<std::int32_t>(id - 1), .altitude = height};
-    if (id > 1) {
-      const Mat3 plane = plane_between(seen_[static_cast<std::size_t>(id - 2)], view);
-      for (int i = 0; i < 9; ++i) keyframe.plane_from_previous[i] = plane(i / 3, i % 3);
-    }
+    if (id > 1) put_level_plane(seen_[static_cast<std::size_t>(id - 2)], view, keyframe);
     write(keyframe);
   }
   void end_strip(StripEnd end) {
@@ -83,8 +66,8 @@ class StructureFixture : public ComponentTest {
   }
   [[nodiscard]] std::int64_t strip_ends_commanded() {
     std::int64_t count = 0;
-    CommandRecord command;
-    while (next(store, command.id, command).ok()) count += command.kind == CommandKind::end_strip ? 1 : 0;
+    for (const CommandRecord& command : records_of<CommandRecord>(store))
+      count += command.kind == CommandKind::end_strip ? 1 : 0;
     return count;
   }
   [[nodiscard]] PoseState state(std::int64_t id) {
@@ -102,10 +85,14 @@ class StructureFixture : public ComponentTest {
     bool operator==(const Result&) const = default;
   };
   [[nodiscard]] Result result() { return {all_of<PoseRecord>(store), all_of<StructureRecord>(store)}; }
-  Result undisturbed() {
+  /// From a start until nothing is left to do.
+  void run_to_the_end() {
     ExecutedComponent run(*component, store);
-    EXPECT_TRUE(run.start().ok());
-    EXPECT_TRUE(run.run());
+    ASSERT_TRUE(run.start().ok());
+    ASSERT_TRUE(run.run());
+  }
+  Result undisturbed() {
+    run_to_the_end();
     Result found = result();
     EXPECT_EQ(found.poses.size(), static_cast<std::size_t>(keyframes));
     EXPECT_EQ(finals(), keyframes);
@@ -141,20 +128,14 @@ class StructureFixture : public ComponentTest {
     std::int64_t count = 0;
     while (store.count(record_info<PoseRecord>(), count).ok() && count < posed) run.frame();
   }
-  std::vector<CheckpointRecord> checkpoints() {
-    std::vector<CheckpointRecord> found;
-    CheckpointRecord record;
-    while (next(store, record.id, record).ok()) found.push_back(record);
-    return found;
-  }
+  std::vector<CheckpointRecord> checkpoints() { return records_of<CheckpointRecord>(store); }
   void flip_a_bit_of(const CheckpointRecord& record) {
     std::uint8_t byte = 0;
-    Transaction transaction(store);
-    ASSERT_TRUE(transaction.begin().ok());
-    ASSERT_TRUE(read_blob<CheckpointRecord>(store, "state", record.id, 5000, {&byte, 1}).ok());
-    byte ^= 4U;
-    ASSERT_TRUE(write_blob<CheckpointRecord>(store, "state", record.id, 5000, {&byte, 1}).ok());
-    ASSERT_TRUE(transaction.commit().ok());
+    in_transaction(store, [&] {
+      ASSERT_TRUE(read_blob<CheckpointRecord>(store, "state", record.id, 5000, {&byte, 1}).ok());
+      byte ^= 4U;
+      ASSERT_TRUE(write_blob<CheckpointRecord>(store, "state", record.id, 5000, {&byte, 1}).ok());
+    });
   }
 
   const std::vector<View>& seen_;

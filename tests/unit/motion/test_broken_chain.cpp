@@ -84,11 +84,7 @@ class BrokenChain : public test::StructureFixture {
  protected:
   explicit BrokenChain(const Views& seen) : StructureFixture(seen) {}
 
-  void fly() {
-    test::ExecutedComponent run(*component, store);
-    ASSERT_TRUE(run.start().ok());
-    ASSERT_TRUE(run.run());
-  }
+  void fly() { run_to_the_end(); }
   /// Worst error of the centres in per cent of the track, without that of the bad keyframe.
   [[nodiscard]] double worst_error_percent() {
     std::vector<Eigen::Vector3d> found, truth;
@@ -255,10 +251,7 @@ TEST_F(OtherGround, WhereTheOldestOneCannotBeReadTheStateIsNotTakenForDamaged) {
   for (std::int64_t id = 1; id <= keyframes; ++id) {
     EXPECT_EQ(state(id), id < bad ? PoseState::final : PoseState::failed) << id;
   }
-  EventRecord event;
-  while (next(store, event.id, event).ok()) {
-    EXPECT_NE(event.code, static_cast<std::uint16_t>(StatusCode::memory_damaged));
-  }
+  EXPECT_TRUE(test::events_of(store, StatusCode::memory_damaged).empty());
 }
 
 TEST_F(OtherDunes, EndTheStripAndHaveNoPose) {

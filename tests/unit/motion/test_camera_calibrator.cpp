@@ -11,6 +11,7 @@
 #include "fsw/motion/structure_and_motion.hpp"
 #include "fsw/shared/body_figure.hpp"
 #include "fsw/shared/camera_on_record.hpp"
+#include "tests/support/level_plane.hpp"
 #include "tests/support/step_memory.hpp"
 #include "tests/unit/shared/executed_component.hpp"
 #include "tests/unit/vision/stereo/analytic_scene.hpp"
@@ -79,29 +80,22 @@ class CameraCalibratorTest : public test::ComponentTest {
     if (!frozen) taken.k1 = 0;
     write(frozen ? camera_record(taken) : nominal_camera_record(taken));
     for (std::int64_t id = 1; id <= keyframes; ++id) {
-      write_frame(id, seen[static_cast<std::size_t>(id - 1)].image);
+      const test::View& view = seen[static_cast<std::size_t>(id - 1)];
+      write_frame(id, view.image);
       KeyframeRecord keyframe;
       keyframe.id = keyframe.frame_id = id;
       keyframe.strip_id = 1;
       keyframe.index = static_cast<std::int32_t>(id - 1);
       keyframe.time_ns = id * 60 * ns_per_s;
-      if (id > 1) put_plane(seen, id, keyframe);
+      if (id > 1) test::put_level_plane(seen[static_cast<std::size_t>(id - 2)], view, keyframe);
       write(keyframe);
     }
     StripRecord strip{.id = 1, .first_keyframe_id = 1, .last_keyframe_id = keyframes, .end = StripEnd::end_of_flight};
     write(strip);
   }
-  static void put_plane(const std::vector<test::View>& seen, std::int64_t id, KeyframeRecord& keyframe) {
-    const CameraModel& camera = seen[0].camera;
-    const RigidTransform& a = seen[static_cast<std::size_t>(id - 2)].cam_from_world;
-    const RigidTransform b_from_a = compose(seen[static_cast<std::size_t>(id - 1)].cam_from_world, inverse(a));
-    const Vec3 normal = a.rotation * Vec3(0, 0, -1);
-    Mat3 k;
-    k << camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1;
-    Mat3 plane =
-        k * (b_from_a.rotation + b_from_a.translation * normal.transpose() / test::centre_of(a).z()) * k.inverse();
-    plane /= plane(2, 2);
-    for (int i = 0; i < 9; ++i) keyframe.plane_from_previous[i] = plane(i / 3, i % 3);
+  static void expect_true_within_errors(const CameraRecord& camera) {
+    EXPECT_NEAR(camera.fx, true_camera().fx, 3 * camera.sigma_focal_px);
+    EXPECT_NEAR(camera.k1, true_camera().k1, 3 * std::sqrt(camera.covariance[9]));
   }
   /// Both stages in turn, until neither has anything to do; with `restarts`, new ones take over after so many steps.
   std::vector<std::vector<std::uint8_t>> run_undisturbed(int restarts = 0) {
@@ -181,8 +175,7 @@ TEST_F(CameraCalibratorTest, OverAPlaneTheLensIsFoundAndEveryKeyframeIsPosed) {
   run_undisturbed();
   const auto camera = read<CameraRecord>(camera_id);
   EXPECT_EQ(camera.frozen, 1);
-  EXPECT_NEAR(camera.fx, true_camera().fx, 3 * camera.sigma_focal_px);
-  EXPECT_NEAR(camera.k1, true_camera().k1, 3 * std::sqrt(camera.covariance[9]));
+  expect_true_within_errors(camera);
   EXPECT_EQ(events(StatusCode::camera_calibrated) + events(StatusCode::camera_nominal), 1);
   expect_all_posed();
 }
@@ -205,10 +198,8 @@ TEST_F(CameraCalibratorTest, WithoutTiltsOverAPlaneAttitudesOfTheVehicleDetermin
     }
     run_undisturbed();
     found.push_back(read<CameraRecord>(camera_id));
-    const CameraRecord& camera = found.back();
-    EXPECT_EQ(camera.frozen, 1);
-    EXPECT_NEAR(camera.fx, true_camera().fx, 3 * camera.sigma_focal_px);
-    EXPECT_NEAR(camera.k1, true_camera().k1, 3 * std::sqrt(camera.covariance[9]));
+    EXPECT_EQ(found.back().frozen, 1);
+    expect_true_within_errors(found.back());
     renew_store();
   }
   const auto sigma_k1 = [&](int of) { return std::sqrt(found[static_cast<std::size_t>(of)].covariance[9]); };
@@ -241,10 +232,8 @@ TEST_F(CameraCalibratorTest, WithoutTiltsOverAPlanePlacesOfTheVehicleDetermineTh
     }
     run_undisturbed();
     found.push_back(read<CameraRecord>(camera_id));
-    const CameraRecord& camera = found.back();
-    EXPECT_EQ(camera.frozen, 1);
-    EXPECT_NEAR(camera.fx, true_camera().fx, 3 * camera.sigma_focal_px);
-    EXPECT_NEAR(camera.k1, true_camera().k1, 3 * std::sqrt(camera.covariance[9]));
+    EXPECT_EQ(found.back().frozen, 1);
+    expect_true_within_errors(found.back());
     renew_store();
   }
   const auto sigma_k1 = [&](Measured what) { return std::sqrt(found[what].covariance[9]); };
@@ -288,9 +277,7 @@ TEST_F(CameraCalibratorTest, HeightsBesidePlacesDetermineTheFocalLengthOverAPlan
     }
     run_undisturbed();
     found.push_back(read<CameraRecord>(camera_id));
-    const CameraRecord& camera = found.back();
-    EXPECT_NEAR(camera.fx, true_camera().fx, 3 * camera.sigma_focal_px);
-    EXPECT_NEAR(camera.k1, true_camera().k1, 3 * std::sqrt(camera.covariance[9]));
+    expect_true_within_errors(found.back());
     renew_store();
   }
   EXPECT_LT(found[and_heights].sigma_focal_px, 0.5 * found[places].sigma_focal_px);
@@ -420,13 +407,7 @@ TEST_F(CameraCalibratorTest, WhatAnEarlierBootFoundStaysWhereThePointsAreGone) {
   run_undisturbed();
   const auto check = read<CalibrationCheckRecord>(1);
   ASSERT_EQ(check.verdict, CameraCheckVerdict::contradicts);
-  Transaction transaction(store);
-  ASSERT_TRUE(transaction.begin().ok());
-  for (std::int64_t id = 1; id <= keyframes; ++id) static_cast<void>(store.erase(record_info<StructureRecord>(), id));
-  for (CheckpointRecord lost; next(store, 0, lost).ok();) {
-    ASSERT_TRUE(store.erase(record_info<CheckpointRecord>(), lost.id).ok());
-  }
-  ASSERT_TRUE(transaction.commit().ok());
+  test::erase_records<StructureRecord, CheckpointRecord>(store);
   component = std::make_unique<CameraCalibrator>(failing, mission);
   run_undisturbed();
   EXPECT_EQ(read<CalibrationCheckRecord>(1).verdict, check.verdict);

@@ -90,11 +90,10 @@ TEST_F(BaselineErrorsOnRecord, OutliveTheRecordsOfTheFirstKeyframes) {
   EXPECT_GT(errors.first, 0);
   EXPECT_NEAR(errors.length, std::sqrt(2.0) * errors.first / 2, 1e-12) << "two images, a baseline of 2";
   const BaselineErrors before = errors;
-  Transaction transaction(store);
-  ASSERT_TRUE(transaction.begin().ok());
-  ASSERT_TRUE(store.erase(record_info<ShutterRecord>(), 5).ok());
-  ASSERT_TRUE(store.erase(record_info<PoseRecord>(), 5).ok());
-  ASSERT_TRUE(transaction.commit().ok());
+  test::in_transaction(store, [&] {
+    ASSERT_TRUE(store.erase(record_info<ShutterRecord>(), 5).ok());
+    ASSERT_TRUE(store.erase(record_info<PoseRecord>(), 5).ok());
+  });
   ASSERT_TRUE(find_baseline_errors(store, camera, read<PoseRecord>(7), errors).ok());
   EXPECT_EQ(errors.first, before.first);
   EXPECT_EQ(errors.length, before.length);

@@ -43,9 +43,7 @@ TEST_F(StructureAndMotionTest, PosesBecomeFinalInOrderAndAreTrue) {
 
 TEST_F(StructureAndMotionTest, AKeyframeThatCannotBeReadFailsAndTheStripGoesOn) {
   release_image(5);
-  test::ExecutedComponent run(*component, store);
-  ASSERT_TRUE(run.start().ok());
-  ASSERT_TRUE(run.run());
+  run_to_the_end();
   for (std::int64_t id = 1; id <= keyframes; ++id) {
     EXPECT_EQ(state(id), id == 5 ? PoseState::failed : PoseState::final) << id;
   }
@@ -55,9 +53,7 @@ TEST_F(StructureAndMotionTest, AKeyframeThatCannotBeReadFailsAndTheStripGoesOn) 
 TEST_F(StructureAndMotionTest, TwoThatCannotBeReadEndTheStripOnce) {
   release_image(5);
   release_image(6);
-  test::ExecutedComponent run(*component, store);
-  ASSERT_TRUE(run.start().ok());
-  ASSERT_TRUE(run.run());
+  run_to_the_end();
   for (std::int64_t id = 1; id <= keyframes; ++id) {
     EXPECT_EQ(state(id), id >= 5 ? PoseState::failed : PoseState::final) << id;
   }
@@ -128,9 +124,7 @@ TEST_F(StructureAndMotionTest, EveryReadOfAnImageMayFailOnce) {
         call.type == RecordType::frame && call.kind == test::StoreCall::read_blob && failed.insert(call.id).second;
     return hit ? Status{StatusCode::store_error, 10} : Status{};
   });
-  test::ExecutedComponent run(*component, store);
-  ASSERT_TRUE(run.start().ok());
-  ASSERT_TRUE(run.run());
+  run_to_the_end();
   EXPECT_EQ(failed.size(), static_cast<std::size_t>(keyframes));
   EXPECT_EQ(result(), wanted);
 }
@@ -143,9 +137,7 @@ TEST_F(StructureAndMotionTest, EveryCommitMayFailOnce) {
     fail_next = !fail_next;
     return fail_next ? Status{} : Status{StatusCode::store_error, 10};
   });
-  test::ExecutedComponent run(*component, store);
-  ASSERT_TRUE(run.start().ok());
-  ASSERT_TRUE(run.run());
+  run_to_the_end();
   EXPECT_EQ(result(), wanted);
 }
 
@@ -176,9 +168,7 @@ TEST_F(StructureAndMotionTest, WhereTheNewerCheckpointIsDamagedTheSameRecordsAre
   ASSERT_EQ(two.size(), 2U);
   flip_a_bit_of(two[0].generation > two[1].generation ? two[0] : two[1]);
   component = std::make_unique<StructureAndMotion>(failing, mission, test::step_memory<StructureAndMotion>());
-  test::ExecutedComponent run(*component, store);
-  ASSERT_TRUE(run.start().ok());
-  ASSERT_TRUE(run.run());
+  run_to_the_end();
   EXPECT_EQ(result(), wanted);
   EXPECT_EQ(strip_ends_commanded(), 0);
 }
@@ -197,9 +187,7 @@ TEST_F(StructureAndMotionTest, WhereBothAreDamagedNothingFinalChangesAndTheRestO
   ASSERT_GE(final_before.size(), 2U);
   for (const CheckpointRecord& record : checkpoints()) flip_a_bit_of(record);
   component = std::make_unique<StructureAndMotion>(failing, mission, test::step_memory<StructureAndMotion>());
-  test::ExecutedComponent run(*component, store);
-  ASSERT_TRUE(run.start().ok());
-  ASSERT_TRUE(run.run());
+  run_to_the_end();
   const Result found = result();
   for (std::int64_t id = 1; id <= keyframes; ++id) {
     const auto at = static_cast<std::size_t>(id - 1);
@@ -240,9 +228,7 @@ class LateBeginningTest : public StructureAndMotionTest {
 };
 
 TEST_F(LateBeginningTest, OfMoreKeyframesThanMayWaitTheOldestFail) {
-  test::ExecutedComponent run(*component, store);
-  ASSERT_TRUE(run.start().ok());
-  ASSERT_TRUE(run.run());
+  run_to_the_end();
   for (std::int64_t id = 1; id <= keyframes; ++id) {
     EXPECT_EQ(state(id), id <= 2 ? PoseState::failed : PoseState::final) << id;
   }
@@ -296,9 +282,7 @@ TEST_F(BeginningTest, AStripThatOnlyTurnedHasNoPoseAndTheNextOneBegins) {
     keyframe.index -= 3;
     write(keyframe);
   }
-  test::ExecutedComponent run(*component, store);
-  ASSERT_TRUE(run.start().ok());
-  ASSERT_TRUE(run.run());
+  run_to_the_end();
   for (std::int64_t id = 1; id <= keyframes; ++id) {
     EXPECT_EQ(state(id), id <= 3 ? PoseState::failed : PoseState::final) << id;
   }

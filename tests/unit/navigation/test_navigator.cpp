@@ -190,15 +190,7 @@ TEST_F(NavigatorTest, AStopAfterEachRecordChangesNothing) {
   const auto stopped = read<StripFrameRecord>(1);
   std::vector<std::byte> other_region(region.size());
   RamStore other(other_region);
-  {
-    Transaction transaction(other);
-    ASSERT_TRUE(transaction.begin().ok());
-    for (std::int64_t id = 1; id <= 6; ++id) {
-      ASSERT_TRUE(put(other, read<KeyframeRecord>(id)).ok());
-      ASSERT_TRUE(put(other, read<PoseRecord>(id)).ok());
-    }
-    ASSERT_TRUE(transaction.commit().ok());
-  }
+  for (std::int64_t id = 1; id <= 6; ++id) test::write_records(other, read<KeyframeRecord>(id), read<PoseRecord>(id));
   Navigator whole(other, clock, mission, &source);
   source.rewind();
   ASSERT_TRUE(restored(whole.restore()));

@@ -10,31 +10,13 @@
 #include "fsw/packets/crc16.hpp"
 #include "hal/clock/virtual_clock.hpp"
 #include "hal/link/udp/udp_link.hpp"
+#include "tests/support/queue_link.hpp"
 #include "tests/unit/hal/expect_status.hpp"
 
 namespace ilp {
 namespace {
 
-using Octets = std::vector<std::uint8_t>;
-
-/// Datagrams from memory.
-class FakeLink final : public PacketLink {
- public:
-  Status receive(std::span<std::uint8_t> buffer, std::size_t& bytes) override {
-    if (at_ == datagrams.size()) return StatusCode::not_ready;
-    const Octets& datagram = datagrams[at_++];
-    if (datagram.size() > buffer.size()) return StatusCode::capacity_exceeded;
-    std::copy(datagram.begin(), datagram.end(), buffer.begin());
-    bytes = datagram.size();
-    return {};
-  }
-  Status send(std::span<const std::uint8_t> /*packet*/) override { return StatusCode::not_ready; }
-
-  std::vector<Octets> datagrams;
-
- private:
-  std::size_t at_ = 0;
-};
+using test::Octets;
 
 NavigationSample whole_sample() {
   NavigationSample sample;
@@ -66,13 +48,13 @@ class VehiclePacketsTest : public testing::Test {
   Status next() { return source.next(now, sample); }
 
   MissionParameters mission;
-  FakeLink link;
+  test::QueueLink link;
   VehiclePackets source{link, mission};
   NavigationSample sample;
 };
 
 TEST_F(VehiclePacketsTest, EveryValueArrives) {
-  link.datagrams = {packet(90 * ns_per_s)};
+  link.up = {packet(90 * ns_per_s)};
   ASSERT_TRUE(next().ok());
   EXPECT_EQ(sample.time_ns, 90 * ns_per_s);
   NavigationSample sent = whole_sample();
@@ -110,7 +92,7 @@ TEST_F(VehiclePacketsTest, ADatagramHoldsSeveralPacketsAndOthersArePassedOver) {
   for (const Octets& part : {others, command, report, event, packet(5 * ns_per_s), packet(6 * ns_per_s)}) {
     datagram.insert(datagram.end(), part.begin(), part.end());
   }
-  link.datagrams = {datagram};
+  link.up = {datagram};
   ASSERT_TRUE(next().ok());
   EXPECT_EQ(sample.time_ns, 5 * ns_per_s);
   ASSERT_TRUE(next().ok());
@@ -127,7 +109,7 @@ TEST_F(VehiclePacketsTest, WhatIsDamagedIsNamedAndTheNextOneIsRead) {
   shorter.resize(shorter.size() - 8);
   shorter[5] = static_cast<std::uint8_t>(shorter[5] - 8);
   mend_crc(shorter);
-  link.datagrams = {flipped, cut, shorter, {0x08}, {}, Octets(5000), packet(4 * ns_per_s)};
+  link.up = {flipped, cut, shorter, {0x08}, {}, Octets(5000), packet(4 * ns_per_s)};
   EXPECT_STATUS(next(), packet_crc);
   EXPECT_STATUS(next(), packet_too_short);
   EXPECT_STATUS(next(), packet_length);
@@ -139,8 +121,7 @@ TEST_F(VehiclePacketsTest, WhatIsDamagedIsNamedAndTheNextOneIsRead) {
 }
 
 TEST_F(VehiclePacketsTest, TimesOfTheFutureAndTheSameTimeTwiceAreRefused) {
-  link.datagrams = {packet(now + 2 * ns_per_s), packet(now), packet(now), packet(now - 1 * ns_per_s),
-                    packet(now + ns_per_s)};
+  link.up = {packet(now + 2 * ns_per_s), packet(now), packet(now), packet(now - 1 * ns_per_s), packet(now + ns_per_s)};
   EXPECT_STATUS(next(), time_in_future);
   EXPECT_TRUE(next().ok());
   EXPECT_STATUS(next(), time_not_monotonic);
@@ -158,7 +139,7 @@ TEST_F(VehiclePacketsTest, AnyOctetsAreReadToTheirEnd) {
     Octets octets = packet(i * ns_per_ms);
     for (int k = octet() % 8; k >= 0; --k) octets[octet() % octets.size()] = octet();
     if (octet() % 2 == 0) mend_crc(octets);
-    link.datagrams.push_back(octets);
+    link.up.push_back(octets);
   }
   int samples = 0;
   for (int i = 0; i < 8000; ++i) samples += next().ok() ? 1 : 0;

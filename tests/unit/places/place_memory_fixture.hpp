@@ -17,10 +17,7 @@ class PlaceMemoryTest : public ComponentTest, protected PlaceFlight {
 
   template <typename Record>
   void erase_record(std::int64_t id) {
-    Transaction transaction(store);
-    ASSERT_TRUE(transaction.begin().ok());
-    ASSERT_TRUE(store.erase(record_info<Record>(), id).ok());
-    ASSERT_TRUE(transaction.commit().ok());
+    in_transaction(store, [&] { ASSERT_TRUE(store.erase(record_info<Record>(), id).ok()); });
   }
   /// A flight of its own begins.
   void begin_again() {
@@ -34,12 +31,7 @@ class PlaceMemoryTest : public ComponentTest, protected PlaceFlight {
     EXPECT_TRUE(restored(stage->restore()));
     return stage;
   }
-  std::vector<LinkRecord> links() {
-    std::vector<LinkRecord> all;
-    LinkRecord link;
-    while (next(store, link.id, link).ok()) all.push_back(link);
-    return all;
-  }
+  std::vector<LinkRecord> links() { return records_of<LinkRecord>(store); }
   std::vector<std::uint8_t> mask_of(std::int64_t id) {
     const MaskRecord record = read<MaskRecord>(id);
     std::vector<std::uint8_t> coded(record.code.bytes);

@@ -21,8 +21,7 @@ class PlaceMemoryBadInput : public PlaceMemoryTest {
   }
   [[nodiscard]] std::vector<std::int64_t> places() {
     std::vector<std::int64_t> ids;
-    PlaceRecord place;
-    for (std::int64_t id = 0; next(store, id, place).ok(); id = place.id) ids.push_back(place.id);
+    for (const PlaceRecord& place : test::records_of<PlaceRecord>(store)) ids.push_back(place.id);
     return ids;
   }
 };
@@ -228,10 +227,7 @@ TEST_F(PlaceMemoryBadInput, FeaturesThatAreNoneAreNotCompared) {
   const auto damage = [&](std::size_t at, float value) {
     std::vector<std::uint8_t> changed = bytes;
     std::memcpy(changed.data() + at, &value, sizeof(value));
-    Transaction transaction(store);
-    ASSERT_TRUE(transaction.begin().ok());
-    ASSERT_TRUE(write_blob<PlaceRecord>(store, "features", 5, 0, changed).ok());
-    ASSERT_TRUE(transaction.commit().ok());
+    test::in_transaction(store, [&] { ASSERT_TRUE(write_blob<PlaceRecord>(store, "features", 5, 0, changed).ok()); });
   };
   std::int64_t id = 7;
   for (const float value : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), -1e30F}) {

@@ -57,15 +57,7 @@ class CodingBeside : public test::CompressorTest {
     begin_again();
   }
   /// As if no product had been made.
-  void begin_again() {
-    Transaction transaction(store);
-    ASSERT_TRUE(transaction.begin().ok());
-    ProductRecord product;
-    while (next(store, 0, product).ok()) ASSERT_TRUE(store.erase(record_info<ProductRecord>(), product.id).ok());
-    CheckpointRecord saved;
-    while (next(store, 0, saved).ok()) ASSERT_TRUE(store.erase(record_info<CheckpointRecord>(), saved.id).ok());
-    ASSERT_TRUE(transaction.commit().ok());
-  }
+  void begin_again() { test::erase_records<ProductRecord, CheckpointRecord>(store); }
   std::unique_ptr<Compressor> begin(Worker& worker) {
     auto compressor = std::make_unique<Compressor>(store, mission, test::step_memory<Compressor>(), &worker);
     EXPECT_TRUE(compressor->restore().ok());

@@ -262,16 +262,7 @@ TEST_F(CompressorTest, ARestartAfterEveryProductChangesNoScheme) {
     schemes.insert(wanted.back().scheme);
   }
   EXPECT_EQ(schemes.size(), 3U);
-  Transaction transaction(store);
-  ASSERT_TRUE(transaction.begin().ok());
-  for (std::int64_t id = 1; id <= keyframes; ++id) {
-    for (const ProductKind kind : {ProductKind::depth, ProductKind::image}) {
-      ASSERT_TRUE(store.erase(record_info<ProductRecord>(), product_id(id, kind)).ok());
-    }
-  }
-  CheckpointRecord saved;
-  while (next(store, saved.id, saved).ok()) ASSERT_TRUE(store.erase(record_info<CheckpointRecord>(), saved.id).ok());
-  ASSERT_TRUE(transaction.commit().ok());
+  test::erase_records<ProductRecord, CheckpointRecord>(store);
   for (bool pending = true; pending;) {
     const auto compressor = std::make_unique<Compressor>(store, mission, test::step_memory<Compressor>());
     ASSERT_TRUE(compressor->restore().ok());
@@ -307,16 +298,7 @@ TEST_F(CompressorTest, AReadThatFailsOnceCostsNoProduct) {
   for (const ProductKind kind : {ProductKind::depth, ProductKind::image}) {
     wanted.push_back(read<ProductRecord>(product_id(1, kind)));
   }
-  Transaction transaction(store);
-  ASSERT_TRUE(transaction.begin().ok());
-  for (const ProductRecord& product : wanted) {
-    ASSERT_TRUE(store.erase(record_info<ProductRecord>(), product.id).ok());
-  }
-  CheckpointRecord checkpoint;
-  while (next(store, 0, checkpoint).ok()) {
-    ASSERT_TRUE(store.erase(record_info<CheckpointRecord>(), checkpoint.id).ok());
-  }
-  ASSERT_TRUE(transaction.commit().ok());
+  test::erase_records<ProductRecord, CheckpointRecord>(store);
 
   test::FailingStore failing(store);
   std::set<std::pair<RecordType, test::StoreCall>> failed;

@@ -77,16 +77,7 @@ class RichnessScorerTest : public test::ComponentTest {
   }
 
   /// As if none had been scored.
-  void forget() {
-    Transaction transaction(store);
-    ASSERT_TRUE(transaction.begin().ok());
-    for (std::int64_t id = 1; id <= 6; ++id) ASSERT_TRUE(store.erase(record_info<RichnessRecord>(), id).ok());
-    CheckpointRecord checkpoint;
-    while (next(store, 0, checkpoint).ok()) {
-      ASSERT_TRUE(store.erase(record_info<CheckpointRecord>(), checkpoint.id).ok());
-    }
-    ASSERT_TRUE(transaction.commit().ok());
-  }
+  void forget() { test::erase_records<RichnessRecord, CheckpointRecord>(store); }
 
   std::vector<RichnessRecord> scores() {
     std::vector<RichnessRecord> records;
@@ -141,10 +132,9 @@ class RichnessScorerTest : public test::ComponentTest {
     new_ground.newly_seen = static_cast<std::uint32_t>(pixels);
     new_ground.code.bytes = static_cast<std::uint32_t>(mask_size);
     const std::vector<std::uint8_t> sigma_codes(pixels, 1);
+    test::write_records(store, record, new_ground);
     Transaction transaction(store);
     ASSERT_TRUE(transaction.begin().ok());
-    ASSERT_TRUE(ilp::put(store, record).ok());
-    ASSERT_TRUE(ilp::put(store, new_ground).ok());
     ASSERT_TRUE(write_blob<DepthRecord>(store, "values", id, 0, codes).ok());
     ASSERT_TRUE(write_blob<DepthRecord>(store, "sigma", id, 0, sigma_codes).ok());
     ASSERT_TRUE(write_blob<MaskRecord>(store, "code", id, 0, mask_bytes).ok());

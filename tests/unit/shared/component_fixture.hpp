@@ -9,6 +9,7 @@
 #include "fsw/executive/component.hpp"
 #include "hal/store/ram/ram_store.hpp"
 #include "tests/support/fake_clock.hpp"
+#include "tests/support/store_records.hpp"
 
 namespace ilp::test {
 
@@ -16,13 +17,11 @@ class ComponentTest : public testing::Test {
  protected:
   template <typename Record>
   void write(const Record& record, const char* field = nullptr, std::span<const std::uint8_t> bytes = {}) {
-    Transaction transaction(store);
-    ASSERT_TRUE(transaction.begin().ok());
-    ASSERT_TRUE(put(store, record).ok());
-    if (field != nullptr) {
+    in_transaction(store, [&] {
+      ASSERT_TRUE(put(store, record).ok());
+      if (field == nullptr) return;
       ASSERT_TRUE(write_blob<Record>(store, field, record.id, 0, bytes).ok());
-    }
-    ASSERT_TRUE(transaction.commit().ok());
+    });
   }
   /// A frame with its image, which has width, height and pixels.
   template <typename Image>
@@ -61,9 +60,7 @@ class ComponentTest : public testing::Test {
 
   /// Makes both generations of every checkpoint unreadable, as flipped bits would.
   void damage_checkpoints(bool newer_only = false) {
-    std::vector<CheckpointRecord> all;
-    CheckpointRecord record;
-    while (next(store, record.id, record).ok()) all.push_back(record);
+    const std::vector<CheckpointRecord> all = records_of<CheckpointRecord>(store);
     for (const CheckpointRecord& one : all) {
       bool newer = true;
       for (const CheckpointRecord& other : all) {

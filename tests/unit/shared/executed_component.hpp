@@ -62,8 +62,7 @@ template <typename Record>
 std::vector<std::vector<std::uint8_t>> all_of(Store& store) {
   std::vector<std::vector<std::uint8_t>> records;
   const RecordInfo& info = record_info<Record>();
-  Record record;
-  while (next(store, record.id, record).ok()) {
+  for (const Record& record : records_of<Record>(store)) {
     std::vector<std::uint8_t> bytes(serial_bytes(info));
     EXPECT_TRUE(serialize(info, &record, bytes).ok());
     for_each_blob(info, [&](const FieldInfo& field, std::size_t) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "hal/store/ram/ram_store.hpp"
+#include "tests/support/store_records.hpp"
 #include "tests/unit/hal/expect_status.hpp"
 
 namespace ilp {
@@ -34,10 +35,7 @@ constexpr ComponentId component = ComponentId::dense_matcher;
 class CheckpointTest : public testing::Test {
  protected:
   void save(const CheckpointForm& form, Small state) {
-    Transaction transaction(store_);
-    ASSERT_OK(transaction.begin());
-    ASSERT_OK(save_checkpoint(store_, form, {5, 6}, state));
-    ASSERT_OK(transaction.commit());
+    test::in_transaction(store_, [&] { ASSERT_OK(save_checkpoint(store_, form, {5, 6}, state)); });
   }
 
   CheckpointRecord row(std::int64_t id) {
@@ -58,10 +56,7 @@ class CheckpointTest : public testing::Test {
   void flip_cursor(std::int64_t id) {
     CheckpointRecord record = row(id);
     record.cursor ^= 1;
-    Transaction transaction(store_);
-    ASSERT_OK(transaction.begin());
-    ASSERT_OK(put(store_, record));
-    ASSERT_OK(transaction.commit());
+    test::write_records(store_, record);
   }
   Status save_at(const Cursor& cursor, std::int64_t value) {
     Transaction transaction(store_);
@@ -119,10 +114,9 @@ TEST_F(CheckpointTest, ThePaddingOfAStateIsZero) {
   auto& state = *new (memory) Padded;
   state.yes = true;
   state.value = 7;
-  Transaction transaction(store_);
-  ASSERT_OK(transaction.begin());
-  ASSERT_OK(save_checkpoint(store_, checkpoint_form<Padded>(component, 2), {5, 6}, state));
-  ASSERT_OK(transaction.commit());
+  test::in_transaction(store_, [&] {
+    ASSERT_OK(save_checkpoint(store_, checkpoint_form<Padded>(component, 2), {5, 6}, state));
+  });
   std::uint8_t stored[sizeof(Padded)] = {};
   ASSERT_OK(read_blob<CheckpointRecord>(store_, "state", first_row, 0, stored));
   const std::uint8_t expected[] = {1, 0, 0, 0, 0, 0, 0, 0, 7, 0, 0, 0, 0, 0, 0, 0};

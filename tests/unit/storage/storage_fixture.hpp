@@ -98,16 +98,12 @@ class StorageManagerTest : public ComponentTest {
   /// Compares what really lies in the store with what the account says.
   void expect_account_is_right() {
     std::int64_t frames_sum = 0, depth_sum = 0, product_sum = 0;
-    FrameRecord frame;
-    for (std::int64_t id = 0; next(store, id, frame).ok(); id = frame.id) frames_sum += frame.image.bytes;
-    DepthRecord depth;
-    for (std::int64_t id = 0; next(store, id, depth).ok(); id = depth.id) {
+    for (const FrameRecord& frame : records_of<FrameRecord>(store)) frames_sum += frame.image.bytes;
+    for (const DepthRecord& depth : records_of<DepthRecord>(store)) {
       depth_sum += std::int64_t{depth.values.bytes} + depth.sigma.bytes;
     }
-    MaskRecord mask;
-    for (std::int64_t id = 0; next(store, id, mask).ok(); id = mask.id) depth_sum += mask.code.bytes;
-    ProductRecord product;
-    for (std::int64_t id = 0; next(store, id, product).ok(); id = product.id) product_sum += product.data.bytes;
+    for (const MaskRecord& mask : records_of<MaskRecord>(store)) depth_sum += mask.code.bytes;
+    for (const ProductRecord& product : records_of<ProductRecord>(store)) product_sum += product.data.bytes;
     const auto account = read<StorageRecord>(1);
     EXPECT_EQ(account.frame_bytes, frames_sum);
     EXPECT_EQ(account.depth_bytes, depth_sum);
@@ -119,8 +115,7 @@ class StorageManagerTest : public ComponentTest {
   template <typename Record, typename Wanted>
   Ids ids_of(Wanted wanted) {
     Ids ids;
-    Record record;
-    for (std::int64_t id = 0; next(store, id, record).ok(); id = record.id) {
+    for (const Record& record : records_of<Record>(store)) {
       if (wanted(record)) ids.push_back(record.id);
     }
     return ids;

@@ -65,6 +65,17 @@ class TelemetryTest : public TelecommandTest {
     const StepResult result = telemetry->step();
     EXPECT_TRUE(result.status.ok()) << status_name(result.status.code);
   }
+  /// What comes down in the minor frame after this telecommand.
+  std::string types_after(int service, int subtype, const Bytes& data = {}) {
+    send(service, subtype, data);
+    run_frame();
+    return types();
+  }
+  std::string failure_after(int service, int subtype, const Bytes& data = {}) {
+    send(service, subtype, data);
+    run_frame();
+    return failure();
+  }
   void run_until(TimeNs end) {
     for (; clock.now() < end; clock.set(clock.now() + frame)) run_frame();
   }
@@ -80,20 +91,11 @@ class TelemetryTest : public TelecommandTest {
     return list;
   }
   Bytes one_shot(std::uint8_t sid) {
-    send(3, 27, {0, 1, sid});
-    run_frame();
-    EXPECT_EQ(types().substr(0, 12), "1.1 1.3 3.25");
+    EXPECT_EQ(types_after(3, 27, {0, 1, sid}).substr(0, 12), "1.1 1.3 3.25");
     const Bytes data = last_report.size() >= 3 ? last_report[2].data : Bytes{};
     run_frame();
     EXPECT_EQ(types().substr(0, 3), "1.7");
     return data;
-  }
-  template <typename Record>
-  void put_in_store(const Record& record) {
-    Transaction transaction(store);
-    ASSERT_TRUE(transaction.begin().ok());
-    ASSERT_TRUE(put(store, record).ok());
-    ASSERT_TRUE(transaction.commit().ok());
   }
   void raise(StatusCode code, std::int64_t a = 0, std::int64_t b = 0, const char* component = "acquisition") {
     log.report(clock.now(), component, {code, a, b});
@@ -167,13 +169,9 @@ TEST_F(TelemetryTest, AListIsDoneWholeOrNotAtAll) {
   EXPECT_EQ(value_of(last_report[1], 1), 1);
   EXPECT_EQ(last_report.size(), 2U) << "nothing was enabled";
   for (const int subtype : {6, 27}) {
-    send(3, subtype, {0, 2, sid_status, 0});
-    run_frame();
-    EXPECT_EQ(failure(), "1.4 report_unknown") << subtype;
+    EXPECT_EQ(failure_after(3, subtype, {0, 2, sid_status, 0}), "1.4 report_unknown") << subtype;
   }
-  send(3, 31, {0, 2, sid_status, 0, 0, 0x03, 0xE8, sid_link, 0, 0, 0, 99});
-  run_frame();
-  EXPECT_EQ(failure(), "1.4 report_interval");
+  EXPECT_EQ(failure_after(3, 31, {0, 2, sid_status, 0, 0, 0x03, 0xE8, sid_link, 0, 0, 0, 99}), "1.4 report_interval");
   EXPECT_EQ(value_of(last_report[1], 0), 99);
   EXPECT_EQ(value_of(last_report[1], 1), 1);
 }
@@ -187,15 +185,9 @@ TEST_F(TelemetryTest, WhatHasNotTheFormOfItsRequestIsNotAccepted) {
     const std::string said = failure();
     EXPECT_TRUE(said == "1.2 request_malformed" || said == "1.2 capacity_exceeded") << subtype << " " << said;
   }
-  send(3, 1);
-  run_frame();
-  EXPECT_EQ(failure(), "1.2 subtype_unknown");
-  send(5, 1);
-  run_frame();
-  EXPECT_EQ(failure(), "1.2 subtype_unknown");
-  send(5, 7, {0});
-  run_frame();
-  EXPECT_EQ(failure(), "1.2 request_malformed");
+  EXPECT_EQ(failure_after(3, 1), "1.2 subtype_unknown");
+  EXPECT_EQ(failure_after(5, 1), "1.2 subtype_unknown");
+  EXPECT_EQ(failure_after(5, 7, {0}), "1.2 request_malformed");
 }
 
 TEST_F(TelemetryTest, WhatIsAskedForSurvivesARestart) {
@@ -222,9 +214,8 @@ TEST_F(TelemetryTest, WhatIsAskedForSurvivesARestart) {
 }
 
 TEST_F(TelemetryTest, ARequestActsThroughRecordsAndIsCompletedWhenTheReportIsMade) {
-  send(3, 27, {0, 2, sid_status, sid_link});
-  step();
-  EXPECT_EQ(types(), "1.1 1.3") << "telemetry has not run yet";
+  EXPECT_EQ(TelecommandTest::types_after(3, 27, {0, 2, sid_status, sid_link}), "1.1 1.3")
+      << "telemetry has not run yet";
   EXPECT_EQ(last_command().kind, CommandKind::report_once);
   EXPECT_EQ(last_command().subject_id, sid_link);
   // A power cut between the request and the report.
@@ -235,9 +226,7 @@ TEST_F(TelemetryTest, ARequestActsThroughRecordsAndIsCompletedWhenTheReportIsMad
 }
 
 TEST_F(TelemetryTest, ARequestThatTelemetryDoesNotObeyFails) {
-  send(5, 7);
-  step();
-  EXPECT_EQ(types(), "1.1 1.3");
+  EXPECT_EQ(TelecommandTest::types_after(5, 7), "1.1 1.3");
   step_at(clock.now() + 11 * ns_per_s);
   EXPECT_EQ(failure(), "1.8 no_completion");
 }
@@ -380,7 +369,7 @@ TEST_F(TelemetryTest, HealthOfAComponentInAnotherProcessIsThatOfItsRecord) {
   health.elsewhere = ComponentId::compressor;
   constexpr std::size_t place = static_cast<std::size_t>(ComponentId::compressor) - 1;
   ComponentRecord record{.id = static_cast<std::int64_t>(place) + 1, .steps = 5};
-  put_in_store(record);
+  write(record);
   const Bytes data = one_shot(sid_components);
   EXPECT_EQ(at(data, 1 + place * 32, 4), 5U);
   EXPECT_EQ(at(data, 1 + (place - 1) * 32, 4), 100 + place - 1);
@@ -389,11 +378,11 @@ TEST_F(TelemetryTest, HealthOfAComponentInAnotherProcessIsThatOfItsRecord) {
 TEST_F(TelemetryTest, TheProcessesThatShareTheFlightAreReported) {
   clock.set(7 * ns_per_s);
   NodeRecord node{.id = 1, .stages = 7, .seen_ns = 6 * ns_per_s};
-  put_in_store(node);
+  write(node);
   node.id = 9;
   node.stages = 256;
   node.connections = 3;
-  put_in_store(node);
+  write(node);
   const Bytes data = one_shot(sid_nodes);
   constexpr std::size_t one = 36;
   ASSERT_EQ(data.size(), 1 + most_nodes * one);
@@ -457,15 +446,11 @@ TEST_F(TelemetryTest, DisabledEventsAreNotTold) {
   raise(StatusCode::frame_late);
   run_frame();
   EXPECT_EQ(types(), "5.2");
-  send(5, 5, {0, 1, 0, gap});
-  run_frame();
-  EXPECT_EQ(types(), "1.1 1.3 1.7");
+  EXPECT_EQ(types_after(5, 5, {0, 1, 0, gap}), "1.1 1.3 1.7");
   raise(StatusCode::frame_gap);
   run_frame();
   EXPECT_EQ(types(), "5.3") << "from now on, not what came before";
-  send(5, 6, {0, 2, 0, gap, 0x7F, 0xFF});
-  run_frame();
-  EXPECT_EQ(failure(), "1.4 event_unknown");
+  EXPECT_EQ(failure_after(5, 6, {0, 2, 0, gap, 0x7F, 0xFF}), "1.4 event_unknown");
   raise(StatusCode::frame_gap);
   run_frame();
   EXPECT_EQ(types(), "5.3") << "nothing of the list was done";

@@ -7,6 +7,7 @@
 #include "fsw/products/depth_access.hpp"
 #include "fsw/terrain/dense_matcher.hpp"
 #include "tests/support/failing_store.hpp"
+#include "tests/support/level_plane.hpp"
 #include "tests/unit/shared/component_fixture.hpp"
 #include "tests/unit/vision/stereo/analytic_scene.hpp"
 
@@ -34,7 +35,7 @@ class DenseMatcherTest : public test::ComponentTest {
       views_.push_back(
           test::render_view(camera_, test::looking_down(place), gentle, 2, 1, static_cast<std::uint64_t>(id)));
       KeyframeRecord keyframe{.id = id, .frame_id = id, .strip_id = 1};
-      if (id > 1) put_plane(id, keyframe);
+      if (id > 1) test::put_level_plane(views_[static_cast<std::size_t>(id - 2)], views_.back(), keyframe);
       write(keyframe);
       write_image(id);
       PoseRecord pose{.id = id, .strip_id = 1, .state = PoseState::final};
@@ -191,37 +192,12 @@ class DenseMatcherTest : public test::ComponentTest {
 
   /// As if no pair had been matched yet.
   void forget_depths() {
-    Transaction transaction(store);
-    ASSERT_TRUE(transaction.begin().ok());
-    for (std::size_t id = 1; id <= views_.size(); ++id) {
-      const Status erased = store.erase(record_info<DepthRecord>(), static_cast<std::int64_t>(id));
-      ASSERT_TRUE(erased.ok() || erased.is(StatusCode::not_found));
-      const Status mask_erased = store.erase(record_info<MaskRecord>(), static_cast<std::int64_t>(id));
-      ASSERT_EQ(mask_erased.code, erased.code);
-    }
-    CheckpointRecord checkpoint;
-    while (next(store, 0, checkpoint).ok()) {
-      ASSERT_TRUE(store.erase(record_info<CheckpointRecord>(), checkpoint.id).ok());
-    }
-    ASSERT_TRUE(transaction.commit().ok());
+    EXPECT_EQ(number_of<MaskRecord>(), number_of<DepthRecord>());
+    test::erase_records<DepthRecord, MaskRecord, CheckpointRecord>(store);
   }
 
   CameraModel camera_;
   std::vector<test::View> views_;
-
- private:
-  /// Puts the homography of the level plane below.
-  void put_plane(std::int64_t id, KeyframeRecord& keyframe) {
-    const RigidTransform& a = views_[static_cast<std::size_t>(id - 2)].cam_from_world;
-    const RigidTransform b_from_a = compose(views_.back().cam_from_world, inverse(a));
-    const Vec3 normal = a.rotation * Vec3(0, 0, -1);
-    Mat3 k;
-    k << camera_.fx, 0, camera_.cx, 0, camera_.fy, camera_.cy, 0, 0, 1;
-    Mat3 plane =
-        k * (b_from_a.rotation + b_from_a.translation * normal.transpose() / test::centre_of(a).z()) * k.inverse();
-    plane /= plane(2, 2);
-    for (int i = 0; i < 9; ++i) keyframe.plane_from_previous[i] = plane(i / 3, i % 3);
-  }
 };
 
 std::vector<Vec3> line(int count) {

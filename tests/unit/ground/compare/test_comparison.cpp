@@ -304,7 +304,7 @@ TEST_F(CompareHeights, TheProgramWritesItsFilesAndEndsWithZero) {
   EXPECT_NEAR(reported.at("alignment").at("shift_m").at(2).get<double>(), 1, 0.01);
   EXPECT_EQ(reported.at("cells").at("compared").get<int>(), 300 * 240);
   EXPECT_TRUE(std::filesystem::exists(out / "difference.png"));
-  EXPECT_TRUE(test::says(test::bytes_of(out / "comparison.html"), "data:image/png"));
+  EXPECT_TRUE(test::says(test::text_of(out / "comparison.html"), "data:image/png"));
 }
 
 struct BadModel {

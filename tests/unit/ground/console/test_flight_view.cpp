@@ -1,8 +1,6 @@
 // What the console shows of reports as the flight makes them, and the files that it keeps.
 #include <gtest/gtest.h>
 
-#include <fstream>
-#include <iterator>
 #include <string>
 #include <string_view>
 
@@ -19,6 +17,7 @@
 #include "sim/ground/console/report_values.hpp"
 #include "sim/ground/console/telecommand_data.hpp"
 #include "sim/ground/console/terminal.hpp"
+#include "tests/support/said.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
 
 namespace ilp::console {
@@ -208,11 +207,6 @@ TEST(ReportWords, AFailureSaysWhyAndWhatToDo) {
   EXPECT_EQ(failure_words(60000, values), "code 60000, unknown to this program");
 }
 
-std::string content(const std::filesystem::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-}
-
 TEST(ReceivedFile, IsHeldWholeOrNotAtAll) {
   const test::TemporaryFolder folder;
   const std::filesystem::path path = folder / "in";
@@ -221,7 +215,7 @@ TEST(ReceivedFile, IsHeldWholeOrNotAtAll) {
   EXPECT_EQ(keep_file(path, "records-000001.ilp", first), "");
   EXPECT_EQ(keep_file(path, "records-000001.ilp", first), "") << "again";
   EXPECT_NE(keep_file(path, "records-000001.ilp", other).find("other content"), std::string::npos);
-  EXPECT_EQ(content(path / "records-000001.ilp"), "ab");
+  EXPECT_EQ(test::text_of(path / "records-000001.ilp"), "ab");
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(path), std::filesystem::directory_iterator()), 1);
 }
 

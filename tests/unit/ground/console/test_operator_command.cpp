@@ -9,6 +9,7 @@
 #include "sim/ground/console/operator_command.hpp"
 #include "sim/ground/console/telecommand_data.hpp"
 #include "sim/ground/console/utc_text.hpp"
+#include "tests/support/said.hpp"
 
 namespace ilp::console {
 namespace {
@@ -29,13 +30,9 @@ std::string hex(const OperatorCommand& command) {
   return text;
 }
 
+/// Empty for a line that is taken.
 std::string refusal(const std::string& line) {
-  try {
-    (void)parse(line);
-  } catch (const std::runtime_error& error) {
-    return error.what();
-  }
-  return "taken";
+  return test::error_of([&] { (void)parse(line); });
 }
 
 TEST(OperatorCommands, AreTheOctetsOfTheInterfaceDocument) {

@@ -10,6 +10,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "tests/support/said.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
 
 namespace ilp::console {
@@ -20,17 +21,9 @@ namespace fs = std::filesystem;
 class StationNumbersTest : public testing::Test {
  protected:
   [[nodiscard]] std::string fault() const {
-    try {
-      const StationNumbers numbers(file_);
-      return "";
-    } catch (const std::runtime_error& error) {
-      return error.what();
-    }
+    return test::error_of([&] { const StationNumbers numbers(file_); });
   }
-  [[nodiscard]] std::string text() const {
-    std::ifstream in(file_);
-    return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-  }
+  [[nodiscard]] std::string text() const { return test::text_of(file_); }
   void write(const std::string& text) const { std::ofstream(file_) << text; }
 
   const test::TemporaryFolder folder_;

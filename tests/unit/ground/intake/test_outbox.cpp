@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
-#include <fstream>
 #include <limits>
 #include <sstream>
 
@@ -13,6 +12,7 @@
 #include "sim/ground/intake/ids.hpp"
 #include "sim/ground/intake/move_keyframe.hpp"
 #include "sim/host/files.hpp"
+#include "tests/support/said.hpp"
 #include "tests/unit/ground/synthetic_flight.hpp"
 
 namespace ilp::intake {
@@ -297,10 +297,8 @@ TEST(Outbox, AcknowledgesWholeFilesOnly) {
   write_acknowledgements(acknowledgements_of(outbox), acks);
   EXPECT_FALSE(fs::exists(acks / "records-000003.ilp.ack"));
   const auto bytes = host::read_file(box / "product-000005-depth.jp2");
-  std::ifstream ack(acks / "product-000005-depth.jp2.ack");
-  std::string line;
-  std::getline(ack, line);
-  EXPECT_EQ(line, std::to_string(bytes.size()) + " " + std::to_string(crc32(bytes)));
+  EXPECT_EQ(test::text_of(acks / "product-000005-depth.jp2.ack"),
+            std::to_string(bytes.size()) + " " + std::to_string(crc32(bytes)) + "\n");
 }
 
 TEST(Outbox, PointsAndMasksThatArePutAwayAreTheSame) {
@@ -355,12 +353,7 @@ TEST(GroundRun, SaysWhatIsWrongWithFoldersAndInputs) {
   const TemporaryFolder folder;
   const auto message = [&](const ground::GroundOptions& options) -> std::string {
     std::ostringstream messages;
-    try {
-      ground::run_ground(options, messages);
-    } catch (const std::runtime_error& error) {
-      return error.what();
-    }
-    return "";
+    return test::error_of([&] { ground::run_ground(options, messages); });
   };
   ground::GroundOptions options{.outbox = folder.path() / "empty", .out = folder.path() / "out"};
   EXPECT_NE(message(options).find("no such folder"), std::string::npos);

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "sim/ground/landing/landing_safety.hpp"
+#include "tests/support/said.hpp"
 
 namespace ilp::landing {
 namespace {
@@ -30,15 +31,6 @@ map::GroundGrid ground(Height height, float sigma = 0.01F) {
 double half_sphere(double x, double y, double at_x, double at_y, double radius) {
   const double left = radius * radius - (x - at_x) * (x - at_x) - (y - at_y) * (y - at_y);
   return left > 0 ? std::sqrt(left) : 0;
-}
-
-std::string message_of(const std::function<void()>& act) {
-  try {
-    act();
-  } catch (const std::runtime_error& error) {
-    return error.what();
-  }
-  return "";
 }
 
 TEST(FootprintHazards, OfAPlaneAreItsSlopeAndNothingElse) {
@@ -196,7 +188,7 @@ TEST(LandingLimits, AreReadAndRefusedWithTheirRanges) {
   EXPECT_DOUBLE_EQ(given.step_m, 0.9);
   EXPECT_NEAR(usual.slope_rad, 10 * degree, 1e-12);
   EXPECT_DOUBLE_EQ(usual.step_m, 0.5);
-  const auto refused = [](const std::string& text) { return message_of([&] { (void)read_landing_limits(text); }); };
+  const auto refused = [](const std::string& text) { return test::error_of([&] { (void)read_landing_limits(text); }); };
   EXPECT_NE(refused("6,8").find("FOOTPRINT_M,SLOPE_DEG,STEP_M"), std::string::npos);
   EXPECT_NE(refused("6,80,1").find("from 0.100 to 60.0 degrees"), std::string::npos) << refused("6,80,1");
   EXPECT_NE(refused("nan,8,1").find("the footprint 'nan'"), std::string::npos);
@@ -206,7 +198,7 @@ TEST(LandingLimits, AreReadAndRefusedWithTheirRanges) {
 TEST(LandingLimits, ThatTheMapCannotShowAreRefusedWithTheLeastOnes) {
   const auto flat = ground([](double, double) { return 0; });
   const auto refused = [&](const LandingLimits& limits) {
-    return message_of([&] { (void)assess_landing(flat, 1, 0.002, limits); });
+    return test::error_of([&] { (void)assess_landing(flat, 1, 0.002, limits); });
   };
   EXPECT_NE(refused({0.5, 8 * degree, 1.2}).find("name 1.00 m or more"), std::string::npos);
   EXPECT_NE(refused({5, 8 * degree, 1.1}).find("name 1.20 m or more"), std::string::npos);

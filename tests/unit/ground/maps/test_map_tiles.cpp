@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "sim/host/files.hpp"
+#include "tests/support/said.hpp"
 #include "tests/unit/ground/maps/scene.hpp"
 
 namespace ilp::maps {
@@ -40,12 +41,7 @@ class MapTiles : public ::testing::Test {
 
   std::string refusal() {
     std::ostringstream messages;
-    try {
-      make_map_tiles(options_, messages);
-    } catch (const std::runtime_error& error) {
-      return error.what();
-    }
-    return "";
+    return test::error_of([&] { make_map_tiles(options_, messages); });
   }
   /// What ilp-ground map-tiles says.
   std::string run_program(const std::string& arguments, int& status) {

@@ -12,6 +12,7 @@
 #include "sim/ground/ground_run.hpp"
 #include "sim/ground/report/capture_summary.hpp"
 #include "tests/support/page_text.hpp"
+#include "tests/support/said.hpp"
 #include "tests/unit/ground/synthetic_flight.hpp"
 
 namespace ilp::report {
@@ -192,11 +193,6 @@ TEST(CapturesPage, UnknownValuesOfOtherVersionsAreNamedSo) {
   EXPECT_NE(page.find("unknown state"), std::string::npos);
 }
 
-std::string text_of(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
 TEST(CapturesPage, TheSectionIsThereOnlyWhenTheDatabaseHasCaptures) {
   ILP_NEED_TOOL("node");
   const test::TemporaryFolder folder;
@@ -205,7 +201,7 @@ TEST(CapturesPage, TheSectionIsThereOnlyWhenTheDatabaseHasCaptures) {
   std::ostringstream messages;
   (void)ground::run_ground(options, messages);
   EXPECT_EQ(test::page_text(options.out / "report.html").find("When the images were taken"), std::string::npos);
-  EXPECT_TRUE(nlohmann::json::parse(text_of(options.out / "report.json")).at("captures").is_null());
+  EXPECT_TRUE(nlohmann::json::parse(test::text_of(options.out / "report.json")).at("captures").is_null());
 
   options.flight_db = folder.path() / "flight.db";
   const auto store = std::make_unique<SqliteStore>();
@@ -224,7 +220,7 @@ TEST(CapturesPage, TheSectionIsThereOnlyWhenTheDatabaseHasCaptures) {
   store->close();
   (void)ground::run_ground(options, messages);
   EXPECT_NE(test::page_text(options.out / "report.html").find("When the images were taken"), std::string::npos);
-  const auto json = nlohmann::json::parse(text_of(options.out / "report.json")).at("captures");
+  const auto json = nlohmann::json::parse(test::text_of(options.out / "report.json")).at("captures");
   EXPECT_EQ(json.at("by_source_and_state").at("telecommand").at("exposed"), 1);
   EXPECT_EQ(json.at("list").at(0).at("exposed_minus_requested_ms"), 4.0);
   EXPECT_EQ(json.at("list").at(0).at("command"), 9);

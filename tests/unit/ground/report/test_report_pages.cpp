@@ -12,6 +12,7 @@
 #include "sim/ground/report/map_pictures.hpp"
 #include "sim/ground/report/page.hpp"
 #include "tests/support/page_text.hpp"
+#include "tests/support/said.hpp"
 #include "tests/unit/ground/synthetic_flight.hpp"
 
 namespace ilp::report {
@@ -142,8 +143,7 @@ TEST(ReportPages, NamesFromOutsideNeverBecomeMarkup) {
   std::ofstream file(folder / "report.html");
   write_report_html(report, file);
   file.close();
-  std::ifstream in(folder / "report.html");
-  const std::string page{std::istreambuf_iterator<char>(in), {}};
+  const std::string page = test::text_of(folder / "report.html");
   EXPECT_EQ(page.find("<img src=x"), std::string::npos);
   const std::string text = test::page_text(folder / "report.html");
   EXPECT_EQ(text.find("<img src=x"), std::string::npos);

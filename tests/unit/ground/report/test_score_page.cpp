@@ -13,26 +13,17 @@
 #include "sim/host/text_format.hpp"
 #include "sim/tools/score/score.hpp"
 #include "tests/support/page_text.hpp"
+#include "tests/support/said.hpp"
 #include "tests/unit/ground/synthetic_flight.hpp"
 
 namespace ilp::report {
 namespace {
 namespace fs = std::filesystem;
 
-std::string text_of(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
 std::string error_of_reading(const fs::path& folder, const std::string& content) {
   const fs::path path = folder / "score.json";
   std::ofstream(path) << content;
-  try {
-    (void)read_score(path);
-  } catch (const std::exception& error) {
-    return error.what();
-  }
-  return "";
+  return test::error_of<std::exception>([&] { (void)read_score(path); });
 }
 
 TEST(ScorePage, ShowsWhatTheScorerFound) {
@@ -141,7 +132,7 @@ TEST(Pages, TextStandsOutFromWhatIsBehindIt) {
   (void)ground::run_ground(options, messages);
   for (const char* name : {"report.html", "viewer.html"}) {
     if (!fs::exists(options.out / name)) continue;
-    const std::string page = text_of(options.out / name);
+    const std::string page = test::text_of(options.out / name);
     std::size_t schemes = 0;
     const std::regex scheme(":root ?\\{([^}]*)\\}"), entry("--([a-z]+): ?#([0-9a-f]{6}|[0-9a-f]{3})\\b");
     for (std::sregex_iterator root(page.begin(), page.end(), scheme), end; root != end; ++root, ++schemes) {

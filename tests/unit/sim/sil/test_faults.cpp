@@ -9,6 +9,8 @@
 #include "sim/sil/faulty_store.hpp"
 #include "sim/sil/power_cut.hpp"
 #include "sim/sil/real_time.hpp"
+#include "tests/support/said.hpp"
+#include "tests/support/store_records.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
 
 namespace ilp::sil {
@@ -42,12 +44,8 @@ TEST(FaultPlan, AWindowBeginsLastsAndComesAgain) {
 
 TEST(FaultPlan, ImpossibleSharesAreRefusedByName) {
   FaultPlan plan;
-  try {
-    world::set_parameter(parameters(plan), "faults", "lost_share", "1.5");
-    FAIL() << "a share above 1 was taken";
-  } catch (const std::invalid_argument& error) {
-    EXPECT_NE(std::string(error.what()).find("[faults] lost_share"), std::string::npos) << error.what();
-  }
+  const auto set = [&] { world::set_parameter(parameters(plan), "faults", "lost_share", "1.5"); };
+  EXPECT_TRUE(test::says(test::error_of<std::invalid_argument>(set), "[faults] lost_share"));
 }
 
 class FaultyStoreTest : public testing::Test {
@@ -163,12 +161,7 @@ TEST(StallGuard, OnlyRecordsOfTheFlightAreProgress) {
   std::vector<std::byte> region(std::size_t{1} << 20U);
   RamStore store(region);
   StallGuard guard(100 * ns_per_s);
-  const auto write = [&store](const auto& record) {
-    Transaction transaction(store);
-    ASSERT_TRUE(transaction.begin().ok());
-    ASSERT_TRUE(put(store, record).ok());
-    ASSERT_TRUE(transaction.commit().ok());
-  };
+  const auto write = [&store](const auto& record) { test::write_records(store, record); };
   EXPECT_FALSE(guard.stalled(store, 0));
   EventRecord event{.id = 1};
   write(event);

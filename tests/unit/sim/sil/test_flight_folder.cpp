@@ -6,6 +6,7 @@
 #include <string>
 
 #include "sim/sil/flight_folder.hpp"
+#include "tests/support/said.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
 
 namespace ilp::sil {
@@ -19,12 +20,7 @@ void leave(const fs::path& file) {
 }
 
 std::string refusal(const fs::path& out, bool resume) {
-  try {
-    prepare_folder(out, resume);
-  } catch (const std::runtime_error& error) {
-    return error.what();
-  }
-  return "";
+  return test::error_of([&] { prepare_folder(out, resume); });
 }
 
 bool says(const std::string& text, const std::string& part) {

@@ -10,6 +10,7 @@
 
 #include "hal/navigation/csv/navigation_file.hpp"
 #include "sim/sil/navigation_input.hpp"
+#include "tests/support/said.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
 
 namespace ilp::sil {
@@ -41,12 +42,7 @@ class NavigationInput : public testing::Test {
     return samples;
   }
   std::string refusal(const std::string& text) {
-    try {
-      (void)read(text);
-    } catch (const std::runtime_error& error) {
-      return error.what();
-    }
-    return "nothing";
+    return test::error_of([&] { (void)read(text); });
   }
   bool says(const char* part) const { return messages_.str().find(part) != std::string::npos; }
 

@@ -20,6 +20,7 @@
 #include "sim/world/ray_cast.hpp"
 #include "sim/world/renderer.hpp"
 #include "sim/world/sensor.hpp"
+#include "tests/support/said.hpp"
 
 namespace ilp::world {
 namespace {
@@ -423,12 +424,8 @@ TEST(CameraEffects, MotionBlurIsAsLongAsTheWayDuringTheExposure) {
 TEST(CameraEffects, ValueOutOfRangeIsNamed) {
   const Terrain terrain{WorldParams()};
   CameraEffects effects{.haze = 1};
-  try {
-    const Renderer renderer(terrain, small_camera(), effects, 1);
-    FAIL() << "no complaint";
-  } catch (const std::invalid_argument& error) {
-    EXPECT_NE(std::string(error.what()).find("haze"), std::string::npos) << error.what();
-  }
+  const auto make = [&] { const Renderer renderer(terrain, small_camera(), effects, 1); };
+  EXPECT_TRUE(test::says(test::error_of<std::invalid_argument>(make), "haze"));
 }
 
 TEST(CameraEffects, EveryFieldIsAParameter) {

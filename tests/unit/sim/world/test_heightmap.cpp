@@ -228,13 +228,7 @@ TEST(Heightmap, AFileWhoseHeightsOverflowIsNamed) {
   WorldParams world = imported(folder / "huge.pfm");
   world.map_spacing_m = 1;
   world.map_height_unit_m = 10;
-  std::string said;
-  try {
-    const Terrain terrain(world);
-  } catch (const std::invalid_argument& fault) {
-    said = fault.what();
-  }
-  EXPECT_TRUE(test::says(said, "huge.pfm"));
+  EXPECT_TRUE(test::says(test::error_of<std::invalid_argument>([&] { const Terrain terrain(world); }), "huge.pfm"));
 }
 
 // A picture without scale lies upon the heights; its mean becomes 1 and its halves keep their ratio.

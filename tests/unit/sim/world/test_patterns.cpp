@@ -10,6 +10,7 @@
 
 #include "sim/world/flight.hpp"
 #include "sim/world/ground_track.hpp"
+#include "tests/support/said.hpp"
 
 namespace ilp::world {
 namespace {
@@ -287,57 +288,24 @@ TEST(Passes, TheWayFromOnePassToTheNextDoesNotSwingTheGondola) {
 }
 
 TEST(Patterns, ParametersThatContradictEachOtherAreNamed) {
-  const auto says = [](const std::function<void(FlightParams&)>& change, const std::string& part) {
-    FlightParams params;
-    change(params);
-    std::string text = "nothing";
-    try {
-      (void)fly(params);
-    } catch (const std::invalid_argument& error) {
-      text = error.what();
-    }
-    EXPECT_NE(text.find(part), std::string::npos) << text;
+  const std::pair<FlightParams, const char*> contradictions[] = {
+      {{.pattern = "zigzag"},
+       "[flight] pattern = zigzag: expected straight, lawn-mower, circle, rectangle, figure-eight or rosette"},
+      {{.kind = "hover", .pattern = "circle"}, "[flight] pattern = circle: expected straight for a hover"},
+      {{.pattern = "rectangle", .pattern_turn_radius_m = 61},
+       "[flight] pattern_turn_radius_m = 61: expected at most 60"},
+      {{.pattern = "figure-eight", .pattern_length_m = 240}, "[flight] pattern_length_m = 240: expected more than 240"},
+      {{.pattern = "circle", .revisit = 0.5}, "[flight] revisit = 0.5: expected 0 for a pattern or several passes"},
+      {{.kind = "descent", .passes = 2}, "[flight] passes = 2: expected 1 for a descent"},
+      {{.passes = 0}, "[flight] passes = 0"},
+      {{.side_overlap = 1}, "[flight] side_overlap = 1"},
+      // Once around in the period of the pendulum.
+      {{.pattern = "circle", .pattern_length_m = 10}, "pattern: the gondola would swing"},
   };
-  says([](FlightParams& p) { p.pattern = "zigzag"; },
-       "[flight] pattern = zigzag: expected straight, lawn-mower, circle, rectangle, figure-eight or rosette");
-  says(
-      [](FlightParams& p) {
-        p.pattern = "circle";
-        p.kind = "hover";
-      },
-      "[flight] pattern = circle: expected straight for a hover");
-  says(
-      [](FlightParams& p) {
-        p.pattern = "rectangle";
-        p.pattern_turn_radius_m = 61;
-      },
-      "[flight] pattern_turn_radius_m = 61: expected at most 60");
-  says(
-      [](FlightParams& p) {
-        p.pattern = "figure-eight";
-        p.pattern_length_m = 240;
-      },
-      "[flight] pattern_length_m = 240: expected more than 240");
-  says(
-      [](FlightParams& p) {
-        p.pattern = "circle";
-        p.revisit = 0.5;
-      },
-      "[flight] revisit = 0.5: expected 0 for a pattern or several passes");
-  says(
-      [](FlightParams& p) {
-        p.kind = "descent";
-        p.passes = 2;
-      },
-      "[flight] passes = 2: expected 1 for a descent");
-  says([](FlightParams& p) { p.passes = 0; }, "[flight] passes = 0");
-  says([](FlightParams& p) { p.side_overlap = 1; }, "[flight] side_overlap = 1");
-  says(
-      [](FlightParams& p) {
-        p.pattern = "circle";  // once around in the period of the pendulum
-        p.pattern_length_m = 10;
-      },
-      "pattern: the gondola would swing");
+  for (const auto& [params, named] : contradictions) {
+    const std::string said = test::error_of<std::invalid_argument>([&p = params] { (void)fly(p); });
+    EXPECT_TRUE(test::says(said, named)) << named;
+  }
 }
 
 TEST(Patterns, TheSmallestAndTheLargestLengthsAreFlown) {

@@ -13,9 +13,9 @@ namespace ilp::world {
 namespace {
 
 namespace fs = std::filesystem;
-using test::bytes_of;
 using test::says;
 using test::ScratchFolder;
+using test::text_of;
 
 std::vector<ScenarioEntry> set(std::initializer_list<const char*> texts) {
   std::vector<ScenarioEntry> entries;
@@ -23,14 +23,7 @@ std::vector<ScenarioEntry> set(std::initializer_list<const char*> texts) {
   return entries;
 }
 
-std::string complaint(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
-  return "nothing";
-}
+constexpr auto complaint = test::error_of<std::invalid_argument>;
 
 /// Every parameter as text.
 std::vector<std::string> texts(Scenario scenario) {
@@ -69,7 +62,7 @@ TEST(Scenario, FileThatIsWrittenIsReadAsTheSameScenario) {
     const Scenario read = load_scenario(folder / "scenario.ini", {});
     EXPECT_EQ(texts(read), texts(scenario)) << preset.name;
     write_scenario(folder / "again.ini", read);
-    EXPECT_EQ(bytes_of(folder / "again.ini"), bytes_of(folder / "scenario.ini"));
+    EXPECT_EQ(text_of(folder / "again.ini"), text_of(folder / "scenario.ini"));
   }
 }
 
@@ -141,7 +134,7 @@ TEST(Scenario, AHeightMapIsNotRefusedForParametersOfGroundThatItReplaces) {
     return complaint([&] { (void)load_scenario("mars-plains", entries); });
   };
   EXPECT_TRUE(says(refusal({}), "at least two post spacings"));
-  EXPECT_EQ(refusal({"world.heightmap=dem.tif"}), "nothing");
+  EXPECT_EQ(refusal({"world.heightmap=dem.tif"}), "");
   // With landforms on the map, theirs count.
   EXPECT_TRUE(
       says(refusal({"world.heightmap=dem.tif", "world.heightmap_landforms=true"}), "at least one post spacing"));

@@ -341,8 +341,8 @@ TEST(WriteTruth, SameBytesForOneThreadAndForSeveral) {
   write_truth(alone, source, 1);
   for (const char* name : {"overlap.csv", "visible-before/0004.png", "height.pfm", "height.pgw", "height.tif",
                            "colmap/cameras.txt", "colmap/images.txt", "colmap/points3D.txt"}) {
-    EXPECT_FALSE(test::bytes_of(alone / name).empty()) << name;
-    EXPECT_EQ(test::bytes_of(alone / name), test::bytes_of(several / name)) << name;
+    EXPECT_FALSE(test::text_of(alone / name).empty()) << name;
+    EXPECT_EQ(test::text_of(alone / name), test::text_of(several / name)) << name;
   }
 }
 

@@ -80,7 +80,7 @@ CampaignEnd CampaignTest::await(pid_t program) {
 
 CampaignEnd CampaignTest::run(const std::vector<std::string>& more) const {
   CampaignEnd end = await(start(more));
-  end.messages = bytes_of(folder / "messages");
+  end.messages = text_of(folder / "messages");
   return end;
 }
 

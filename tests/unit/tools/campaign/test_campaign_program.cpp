@@ -24,8 +24,8 @@ TEST_F(CampaignTest, EveryFlightIsScoredAndOnlyTheBulkIsRemoved) {
     EXPECT_TRUE(fs::exists(job("a_seed=1") / file)) << file;
   }
   EXPECT_FALSE(fs::exists(job("a_seed=1") / "run"));
-  EXPECT_EQ(bytes_of(job("a_seed=1") / "log.txt"), "flying\n");
-  EXPECT_TRUE(says(bytes_of(job("a_seed=1") / "command.txt"), "--scenario a --seed 1 --frames 5 --out "));
+  EXPECT_EQ(text_of(job("a_seed=1") / "log.txt"), "flying\n");
+  EXPECT_TRUE(says(text_of(job("a_seed=1") / "command.txt"), "--scenario a --seed 1 --frames 5 --out "));
   for (const char* file : {"table.md", "report.html"}) EXPECT_TRUE(fs::exists(folder / "out" / file)) << file;
 }
 
@@ -38,10 +38,10 @@ TEST_F(CampaignTest, KeepLeavesTheFlight) {
 TEST_F(CampaignTest, FinishedFlightsAreNotFlownAgain) {
   campaign(two_by_two);
   ASSERT_EQ(run().status, 0);
-  const std::string table = bytes_of(folder / "out" / "table.csv");
+  const std::string table = text_of(folder / "out" / "table.csv");
   ASSERT_EQ(run().status, 0);
   EXPECT_EQ(calls().size(), 4U);
-  EXPECT_EQ(bytes_of(folder / "out" / "table.csv"), table);
+  EXPECT_EQ(text_of(folder / "out" / "table.csv"), table);
 }
 
 // Killed while one flight is finished and two are in the air.
@@ -54,7 +54,7 @@ if [ "$scenario$seed" != a1 ] && [ ! -e "$here/go" ]; then exec sleep 1000; fi)"
   kill(first, SIGKILL);
   (void)await(first);
   for (const char* pid : {"pida2", "pidb1"}) {
-    const int flight = std::stoi(bytes_of(folder / pid));
+    const int flight = std::stoi(text_of(folder / pid));
     EXPECT_TRUE(comes_true([&] { return kill(flight, 0) != 0; })) << "a flight has outlived its campaign";
   }
   ASSERT_TRUE(fs::exists(job("a_seed=1") / "result.json"));
@@ -78,11 +78,11 @@ if [ "$scenario$seed" != a1 ] && [ ! -e "$here/go" ]; then wait; fi)");
     ASSERT_TRUE(comes_true([&] { return calls().size() == 2 && fs::exists(folder / "pid"); }));
     kill(program, signal);
     EXPECT_EQ(await(program).status, 128 + signal);
-    const int grandchild = std::stoi(bytes_of(folder / "pid"));
+    const int grandchild = std::stoi(text_of(folder / "pid"));
     EXPECT_TRUE(comes_true([&] { return kill(grandchild, 0) != 0; }));
     EXPECT_EQ(field("a_seed=1", "result"), "done");
     EXPECT_EQ(field("b_seed=2", "result"), "not run");
-    EXPECT_TRUE(says(bytes_of(folder / "messages"), "goes on where this one stopped"));
+    EXPECT_TRUE(says(text_of(folder / "messages"), "goes on where this one stopped"));
   }
   (void)folder.write("go", "");
   ASSERT_EQ(run().status, 0);
@@ -114,7 +114,7 @@ TEST_F(CampaignTest, ChangedParametersProgramsAndScenariosAreFlownAgain) {
 TEST_F(CampaignTest, DamagedResultIsNotBelieved) {
   campaign("[grid]\nseed = 1 | 2\n");
   ASSERT_EQ(run().status, 0);
-  const std::string whole = bytes_of(job("seed=1") / "result.json");
+  const std::string whole = text_of(job("seed=1") / "result.json");
   for (const std::size_t length : {std::size_t{0}, whole.size() / 2}) {
     (void)folder.write("out/jobs/seed=1/result.json", whole.substr(0, length));
     fs::remove(folder / "calls");
@@ -158,9 +158,9 @@ esac)");
   EXPECT_TRUE(says(failure("version"), "1"));
   EXPECT_EQ(field("late+fine", "result"), "done");
   EXPECT_EQ(field("fine", "complete"), "false");
-  const int grandchild = std::stoi(bytes_of(folder / "pid"));
+  const int grandchild = std::stoi(text_of(folder / "pid"));
   EXPECT_TRUE(comes_true([&] { return kill(grandchild, 0) != 0; })) << "the time limit ends the whole group";
-  EXPECT_TRUE(says(bytes_of(folder / "out" / "report.html"), "about to &lt;crash&gt;"));
+  EXPECT_TRUE(says(text_of(folder / "out" / "report.html"), "about to &lt;crash&gt;"));
   EXPECT_TRUE(fs::exists(job("status") / "run")) << "left for inspection";
 }
 
@@ -198,12 +198,12 @@ touch "$here/$scenario$seed")");
   EXPECT_EQ(field("a_seed=1", "completeness"), "0.1");
   EXPECT_EQ(field("b_seed=3", "completeness"), "0.3");
   std::vector<std::string> files;
-  for (const char* name : {"table.csv", "table.md", "report.html"}) files.push_back(bytes_of(folder / "out" / name));
+  for (const char* name : {"table.csv", "table.md", "report.html"}) files.push_back(text_of(folder / "out" / name));
   fs::remove_all(folder / "out");
   ASSERT_EQ(run({"--jobs", "1"}).status, 0);
-  EXPECT_EQ(bytes_of(folder / "out" / "table.csv"), files[0]);
-  EXPECT_EQ(bytes_of(folder / "out" / "table.md"), files[1]);
-  EXPECT_EQ(bytes_of(folder / "out" / "report.html"), files[2]);
+  EXPECT_EQ(text_of(folder / "out" / "table.csv"), files[0]);
+  EXPECT_EQ(text_of(folder / "out" / "table.md"), files[1]);
+  EXPECT_EQ(text_of(folder / "out" / "report.html"), files[2]);
   EXPECT_TRUE(says(files[1], "| a | 3 | 0.200 (0.100) |"));
 }
 

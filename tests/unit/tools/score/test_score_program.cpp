@@ -12,15 +12,16 @@
 #include "hal/store/sqlite/sqlite_store.hpp"
 #include "sim/host/metrics.hpp"
 #include "sim/host/reference_cameras.hpp"
+#include "tests/support/store_records.hpp"
 #include "tests/unit/host/scratch_folder.hpp"
 #include "tests/unit/tools/score/made_up_strip.hpp"
 
 namespace ilp::score {
 namespace {
 namespace fs = std::filesystem;
-using test::bytes_of;
 using test::says;
 using test::ScratchFolder;
+using test::text_of;
 
 constexpr const char* ended_info = R"({"frames": 24, "keyframes": 12, "target_overlap": 0.82})";
 
@@ -97,11 +98,11 @@ ProgramRun run_score(const ScratchFolder& scratch, const std::string& arguments)
   const fs::path log = scratch / "log";
   const std::string command = std::string(ILP_SCORE_PROGRAM) + " " + arguments + " > " + log.string() + " 2>&1";
   const int status = std::system(command.c_str());
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, bytes_of(log)};
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text_of(log)};
 }
 
 nlohmann::json score_of(const fs::path& path) {
-  return nlohmann::json::parse(bytes_of(path));
+  return nlohmann::json::parse(text_of(path));
 }
 
 // A flight of 12 keyframes that ended by itself, in FOLDER/flight-1.
@@ -191,7 +192,7 @@ TEST_F(ScoreProgram, KilledFlightIsScoredAsFarAsItWentAndLeftAsItIs) {
   scratch_.write("flight-1/outbox/records-000001.ilp", "half a fi");
   // The log is not merged: the database is still open, as after a kill.
   ASSERT_GT(fs::file_size(flight_ / "flight.db-wal"), 0U);
-  const std::string database = bytes_of(flight_ / "flight.db"), log = bytes_of(flight_ / "flight.db-wal");
+  const std::string database = text_of(flight_ / "flight.db"), log = text_of(flight_ / "flight.db-wal");
   const ProgramRun run = score();
   ASSERT_EQ(run.status, 0) << run.output;
   const nlohmann::json json = result();
@@ -202,8 +203,8 @@ TEST_F(ScoreProgram, KilledFlightIsScoredAsFarAsItWentAndLeftAsItIs) {
   EXPECT_TRUE(says(run.output, "did not end by itself"));
   EXPECT_TRUE(says(run.output, "records-000001.ilp"));
   EXPECT_TRUE(says(run.output, "still open"));
-  EXPECT_EQ(bytes_of(flight_ / "flight.db"), database);
-  EXPECT_EQ(bytes_of(flight_ / "flight.db-wal"), log);
+  EXPECT_EQ(text_of(flight_ / "flight.db"), database);
+  EXPECT_EQ(text_of(flight_ / "flight.db-wal"), log);
 }
 
 TEST_F(ScoreProgram, HalfWrittenFlightInformationIsARemark) {
@@ -258,12 +259,7 @@ TEST_F(ScoreProgram, ReferenceFileStandsInForTruth) {
 TEST_F(ScoreProgram, AfterAFlightOverALinkTheStationsFilesCount) {
   fly(12);
   ProductRecord product{.id = 4, .keyframe_id = 1, .kind = ProductKind::image};
-  {
-    Transaction transaction(*store_);
-    must(transaction.begin());
-    must(put(*store_, product));
-    must(transaction.commit());
-  }
+  test::write_records(*store_, product);
   land();
   const ProgramRun without = score();
   ASSERT_EQ(without.status, 0) << without.output;

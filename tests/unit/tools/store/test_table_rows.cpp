@@ -9,6 +9,7 @@
 #include "fsw/records/records.hpp"
 #include "hal/store/sqlite/sqlite_store.hpp"
 #include "sim/tools/store/named_store.hpp"
+#include "tests/support/said.hpp"
 #include "tests/unit/hal/temporary_folder.hpp"
 
 namespace ilp::store_tool {
@@ -70,12 +71,7 @@ TEST_F(TableRowsTest, OfAFlightThatWasKilledAreThereAndItsLogStaysAsItIs) {
 
 TEST_F(TableRowsTest, OfATableOrFieldThatDoesNotExistAreRefusedByName) {
   const auto fault = [&](const std::string& table, const std::string& field) -> std::string {
-    try {
-      rows_of(folder / "flight.db", table, {field});
-    } catch (const std::runtime_error& error) {
-      return error.what();
-    }
-    return "";
+    return test::error_of([&] { rows_of(folder / "flight.db", table, {field}); });
   };
   EXPECT_NE(fault("poses", "id").find("no table poses"), std::string::npos);
   EXPECT_NE(fault("pose", "focal").find("no field focal"), std::string::npos);
