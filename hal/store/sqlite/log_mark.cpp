@@ -330,8 +330,7 @@ void state_sum(FrameSum sum, Frame& frame) {
 }
 
 /// Walks through the frames of the latest transactions and restores their stated content.
-Status walk_log(const char* path, bool only_mend, std::int64_t& frames) {
-  frames = 0;
+Status walk_log(const char* path, bool only_mend) {
   LogFile log;
   ILP_TRY(log.open(path, true));
   if (log.empty()) return {StatusCode::log_damaged, 0, log.frames()};
@@ -367,7 +366,6 @@ Status walk_log(const char* path, bool only_mend, std::int64_t& frames) {
         fit_to_checksum(before, log.big_endian(), frame);
       }
       ILP_TRY(log.write(k, frame));
-      ++frames;
     }
     before = stated_frame_sum(head(frame));
   }
@@ -464,13 +462,12 @@ Status check_log(const char* path) {
 }
 
 Status mend_log(const char* path) {
-  std::int64_t frames = 0;
-  ILP_TRY(walk_log(path, true, frames));
+  ILP_TRY(walk_log(path, true));
   return check_log(path);
 }
 
-Status bridge_log(const char* path, std::int64_t& frames) {
-  return walk_log(path, false, frames);
+Status bridge_log(const char* path) {
+  return walk_log(path, false);
 }
 
 }  // namespace ilp
