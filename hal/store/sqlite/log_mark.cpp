@@ -12,6 +12,7 @@
 #include <initializer_list>
 
 #include "cfg/limits.hpp"
+#include "fsw/base/big_endian.hpp"
 #include "fsw/base/crc.hpp"
 #include "fsw/base/little_endian.hpp"
 #include "fsw/base/text.hpp"
@@ -57,12 +58,7 @@ MarkPath mark_of(const char* log) {
 }
 
 std::uint32_t word_at(const std::uint8_t* from) {
-  return static_cast<std::uint32_t>(from[0]) << 24U | static_cast<std::uint32_t>(from[1]) << 16U |
-         static_cast<std::uint32_t>(from[2]) << 8U | from[3];
-}
-
-void put_word(std::uint32_t value, std::uint8_t* to) {
-  for (unsigned i = 0; i < 4; ++i) to[i] = static_cast<std::uint8_t>(value >> (24U - 8U * i));
+  return static_cast<std::uint32_t>(load_big_endian(from, 4));
 }
 
 int flipped_bits(std::span<const std::uint8_t> a, std::span<const std::uint8_t> b) {
@@ -253,7 +249,7 @@ void fit_to_checksum(FrameSum before, bool big_endian, Frame& frame) {
   std::uint8_t* to = page.data() + page_bytes - page_checksum_bytes;
   for (const std::uint32_t word : words) {
     if (big_endian) {
-      put_word(word, to);
+      store_big_endian(word, 4, to);
     } else {
       store_little_endian(word, to);
     }
@@ -298,8 +294,8 @@ std::size_t mend_page(FrameSum before, bool big_endian, Frame& frame) {
 }
 
 void state_sum(FrameSum sum, Frame& frame) {
-  put_word(sum.first, frame.data() + 16);
-  put_word(sum.second, frame.data() + 20);
+  store_big_endian(sum.first, 4, frame.data() + 16);
+  store_big_endian(sum.second, 4, frame.data() + 20);
 }
 
 /// Returns false if the flipped bit is not certain; then only the salts of the frame have changed. `next_fits`: the
@@ -330,8 +326,7 @@ void state_sum(FrameSum sum, Frame& frame) {
 }
 
 /// Walks through the frames of the latest transactions and restores their stated content.
-Status walk_log(const char* path, bool only_mend, std::int64_t& frames) {
-  frames = 0;
+Status walk_log(const char* path, bool only_mend) {
   LogFile log;
   ILP_TRY(log.open(path, true));
   if (log.empty()) return {StatusCode::log_damaged, 0, log.frames()};
@@ -367,7 +362,6 @@ Status walk_log(const char* path, bool only_mend, std::int64_t& frames) {
         fit_to_checksum(before, log.big_endian(), frame);
       }
       ILP_TRY(log.write(k, frame));
-      ++frames;
     }
     before = stated_frame_sum(head(frame));
   }
@@ -464,13 +458,12 @@ Status check_log(const char* path) {
 }
 
 Status mend_log(const char* path) {
-  std::int64_t frames = 0;
-  ILP_TRY(walk_log(path, true, frames));
+  ILP_TRY(walk_log(path, true));
   return check_log(path);
 }
 
-Status bridge_log(const char* path, std::int64_t& frames) {
-  return walk_log(path, false, frames);
+Status bridge_log(const char* path) {
+  return walk_log(path, false);
 }
 
 }  // namespace ilp

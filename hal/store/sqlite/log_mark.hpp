@@ -56,7 +56,7 @@ Status check_log(const char* path);
 Status mend_log(const char* path);
 
 /// Makes a log with damaged frames readable to its end. SQLite then takes them as they are; the checksums of records
-/// and blobs show which of their data is right. `frames` is their number.
-Status bridge_log(const char* path, std::int64_t& frames);
+/// and blobs show which of their data is right.
+Status bridge_log(const char* path);
 
 }  // namespace ilp

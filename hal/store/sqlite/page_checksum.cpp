@@ -2,6 +2,7 @@
 
 #include <bit>
 
+#include "fsw/base/big_endian.hpp"
 #include "fsw/base/crc.hpp"
 #include "fsw/base/little_endian.hpp"
 
@@ -31,8 +32,7 @@ PageSum stated(Page page) {
 }
 
 std::uint32_t big_endian_word(const std::uint8_t* from) {
-  return static_cast<std::uint32_t>(from[0]) << 24U | static_cast<std::uint32_t>(from[1]) << 16U |
-         static_cast<std::uint32_t>(from[2]) << 8U | from[3];
+  return static_cast<std::uint32_t>(load_big_endian(from, 4));
 }
 
 }  // namespace

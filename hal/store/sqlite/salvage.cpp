@@ -227,8 +227,7 @@ Status salvage(const char* from, const char* to, std::int64_t limit_bytes, std::
   saved.close();
   // The same build makes the same schema in the same pages.
   ILP_TRY(restore_schema_pages(from, to));
-  std::int64_t frames = 0;
-  log = bridge_log(from, frames);
+  log = bridge_log(from);
   if (log.is(StatusCode::io_error)) return log;
   SqliteStore damaged;
   const std::int64_t failed_before = failed_reads();

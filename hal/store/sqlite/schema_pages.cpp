@@ -7,6 +7,7 @@
 #include <array>
 #include <cerrno>
 
+#include "fsw/base/big_endian.hpp"
 #include "hal/store/sqlite/disk_file.hpp"
 #include "hal/store/sqlite/page_checksum.hpp"
 
@@ -53,14 +54,8 @@ class PageFile {
   std::uint32_t pages_ = 0;
 };
 
-std::uint32_t number_at(const PageBytes& page, std::size_t at, int bytes) {
-  std::uint32_t value = 0;
-  for (int i = 0; i < bytes; ++i) value = value << 8U | page[at + static_cast<std::size_t>(i)];
-  return value;
-}
-
-void put_number(std::uint32_t value, PageBytes& page, std::size_t at) {
-  for (std::size_t i = 0; i < 4; ++i) page[at + i] = static_cast<std::uint8_t>(value >> (24U - 8U * i));
+std::uint32_t number_at(const PageBytes& page, std::size_t at, std::size_t bytes) {
+  return static_cast<std::uint32_t>(load_big_endian(page.data() + at, bytes));
 }
 
 // https://www.sqlite.org/fileformat2.html: the table of the schema begins in the first page, after 100 octets.
@@ -70,9 +65,9 @@ constexpr std::size_t cells_begin = tree_begin + 12;
 
 /// Takes the size of the file from its first page and drops the list of free pages.
 void fit_first_page(std::uint32_t pages, PageBytes& page) {
-  put_number(pages, page, 28);
-  put_number(0, page, 32);
-  put_number(0, page, 36);
+  store_big_endian(pages, 4, page.data() + 28);
+  store_big_endian(0, 4, page.data() + 32);
+  store_big_endian(0, 4, page.data() + 36);
 }
 
 /// Whether any page has the checksum that ours have.

@@ -182,11 +182,6 @@ Status prepare_all(Session& s) {
   ILP_TRY(prepare(s, "PRAGMA data_version", s.statements.data_version));
   ILP_TRY(prepare(s, "PRAGMA page_count", s.statements.page_count));
   ILP_TRY(prepare(s, "PRAGMA freelist_count", s.statements.free_count));
-  sqlite3_stmt* page_size = nullptr;
-  Status status = prepare(s, "PRAGMA page_size", page_size);
-  if (status.ok()) status = integer_of(s, page_size, s.page_bytes);
-  sqlite3_finalize(page_size);
-  ILP_TRY(status);
   static_cast<void>(usage(s));
   return integer_of(s, s.statements.data_version, s.seen_version);
 }
@@ -372,8 +367,9 @@ StoreUsage usage(Session& s) {
       !integer_of(s, s.statements.free_count, free_pages).ok()) {
     return {s.known_bytes, 0, s.limit_bytes};
   }
-  s.known_bytes = pages * s.page_bytes;
-  return {s.known_bytes, free_pages * s.page_bytes, s.limit_bytes};
+  constexpr auto bytes = static_cast<std::int64_t>(page_bytes);
+  s.known_bytes = pages * bytes;
+  return {s.known_bytes, free_pages * bytes, s.limit_bytes};
 }
 
 }  // namespace ilp::sqlite

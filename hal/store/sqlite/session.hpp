@@ -81,7 +81,6 @@ struct Session {
   WriteAheadLog log;
   bool damaged = false;
   std::int64_t refused_at_open = 0;
-  std::int64_t page_bytes = 4096;
   std::int64_t known_bytes = 0;  ///< size of the database at the last query
   std::int64_t limit_bytes = 0;  ///< 0: none
   std::int64_t seen_version = 0;

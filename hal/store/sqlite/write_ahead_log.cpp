@@ -23,7 +23,8 @@ constexpr std::int64_t least_log_capacity = std::int64_t{4} * frames_to_copy * s
 
 Status limit_pages(Session& s, std::int64_t bytes) {
   FixedText<64> sql;
-  sql.add("PRAGMA max_page_count=").add(std::max<std::int64_t>((bytes + s.page_bytes - 1) / s.page_bytes, 1));
+  constexpr auto page = static_cast<std::int64_t>(page_bytes);
+  sql.add("PRAGMA max_page_count=").add(std::max<std::int64_t>((bytes + page - 1) / page, 1));
   return execute(s, sql.c_str());
 }
 

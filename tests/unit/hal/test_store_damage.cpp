@@ -427,8 +427,7 @@ TEST_F(SqliteDamage, AFlippedBitInTheLogIsNeverTakenForItsEnd) {
       set_content(path_ + "-wal", log);
     }
     // Else what can be read of it is saved: all but what the bit has hit, which may be how much a page holds.
-    std::int64_t bridged = 0;
-    EXPECT_OK(bridge_log(path_.c_str(), bridged)) << where;
+    EXPECT_OK(bridge_log(path_.c_str())) << where;
     SqliteStore salvaged;
     // A high bit of a word of the schema itself cannot be found: then nothing can be read, which is reported.
     if (!sqlite::open_damaged(salvaged.session(), path_.c_str(), 512).ok()) {
