@@ -25,12 +25,6 @@ constexpr double frequent_interval_s = 1;
 // A new pose changes earlier ones, as far back as the adjustment window reaches.
 constexpr std::int64_t attitude_memory = limits::max_window_keyframes;
 
-ForecastParams forecast_params(const MissionParameters& mission) {
-  ForecastParams params;
-  params.target_overlap = mission.target_overlap;
-  return params;
-}
-
 template <typename ClockState>
 void restart_path(const KeyframeRecord& keyframe, ClockState& state) {
   state.keyframe_id = state.first_keyframe_id = keyframe.id;
@@ -284,7 +278,7 @@ CaptureClock::ForecastTime CaptureClock::forecast_time(const FrameRecord& latest
   const TimeNs earliest = std::max(latest.time_ns + ns_from_seconds(wiring_.mission.capture_min_interval_s), now);
   ForecastTime result;
   result.time_ns = std::max(latest.time_ns + ns_from_seconds(wiring_.mission.capture_safe_interval_s), now);
-  workspace_.motion.fit(state.width, state.height, state.path, forecast_params(wiring_.mission));
+  workspace_.motion.fit(state.width, state.height, state.path, wiring_.mission.target_overlap);
   if (!workspace_.motion.known()) return result;
   result.source = CaptureSource::forecast;
   const TimeNs longest = latest.time_ns + ns_from_seconds(wiring_.mission.capture_max_interval_s);

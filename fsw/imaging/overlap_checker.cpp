@@ -311,10 +311,9 @@ Status OverlapChecker::measure(const FrameRecord& frame, OverlapResult& measured
   const bool weak = measured.verdict == OverlapVerdict::overlap_unknown ||
                     (measured.verdict == OverlapVerdict::ok && measured.ncc < weak_correlation);
   if (!weak || !wiring_.mission.feature_overlap) return {};
-  FeatureOverlapParams params;
-  params.seed = mix64(wiring_.mission.seed) ^ static_cast<std::uint64_t>(frame.id);
+  const std::uint64_t seed = mix64(wiring_.mission.seed) ^ static_cast<std::uint64_t>(frame.id);
   OverlapResult by_features;
-  ILP_TRY(measure_overlap_by_features(workspace_.keyframe_image.view(), workspace_.image.view(), params,
+  ILP_TRY(measure_overlap_by_features(workspace_.keyframe_image.view(), workspace_.image.view(), seed,
                                       wiring_.scratch.as<FeatureOverlapWorkspace>(), by_features));
   if (by_features.verdict == OverlapVerdict::ok) measured = by_features;
   return {};

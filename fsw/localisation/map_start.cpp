@@ -106,8 +106,8 @@ Status MapStart::compare_from(std::size_t entry) {
   memory.shape_features.clear();
   for (std::int32_t k = 0; k < 4; ++k) add_features(entry, k / 2, k % 2);
   for (const PlaceFeatures* list : {&memory.image_features, &memory.shape_features}) {
-    ILP_TRY(verify_place({list->data(), list->size()}, {memory.features.data(), memory.features.size()}, {},
-                         memory.place.match, memory.match));
+    ILP_TRY(verify_place({list->data(), list->size()}, {memory.features.data(), memory.features.size()},
+                         least_place_evidence, memory.place.match, memory.match));
     const bool better = memory.match.verdict == PlaceVerdict::verified &&
                         (memory.best_entry == limits::max_map_tiles || memory.match.evidence > memory.evidence);
     if (!better) continue;

@@ -190,14 +190,13 @@ Status LensSearch::add_window_to_round(const CameraRecord& camera, Status& event
     return {};
   }
   IntrinsicsEquations equations;
-  const ReductionParams params{.error_factor = camera_check_params.error_factor,
-                               .steps = pose_steps,
+  const ReductionParams params{.steps = pose_steps,
                                .places = &workspace_.places,
                                .heights = &workspace_.heights,
                                .motion = has_rolling_shutter(camera) ? &workspace_.motion : nullptr};
   const Status reduced = reduce_to_intrinsics(work_.camera, params, workspace_.window, workspace_.equations, equations,
                                               work_.evidence.field);
-  if (reduced.ok()) add_window(equations, camera_check_params, work_.evidence);
+  if (reduced.ok()) add_window(equations, work_.evidence);
   if (!reduced.ok()) event = reduced;
   return {};
 }
@@ -218,7 +217,7 @@ Status LensSearch::end_round(CameraRecord& camera, Status& event) {
     return {};
   }
   LensSearchWork::Solution found{
-      {}, judge(work_.evidence, work_.camera, camera_check_params), work_.evidence.windows, work_.evidence.points};
+      {}, judge(work_.evidence, work_.camera), work_.evidence.windows, work_.evidence.points};
   const CameraCheck& check = found.check;
   const bool unexplained = check.verdict == CameraCheckVerdict::unexplained;
   found.step = step_towards_lens(work_.evidence, work_.camera, given,
@@ -259,8 +258,7 @@ Status LensSearch::conclude(const LensPrior& prior, const LensSearchWork::Soluti
   const bool nothing = said.windows == 0;
   const bool lens_known = !(prior.sigmas[0] > 0);
   const bool open_focal = !lens_known && found.sigmas[0] > undetermined * prior.sigmas[0];
-  const bool determined =
-      found.lens_sigma < sufficient_lens && check.spread < camera_check_params.max_spread && readout_found;
+  const bool determined = found.lens_sigma < sufficient_lens && check.spread < max_camera_spread && readout_found;
   CameraRecord after = camera_record(c);
   after.revision = said.revision;
   after.frozen = nothing || (camera.revision > 0 &&
@@ -271,7 +269,7 @@ Status LensSearch::conclude(const LensPrior& prior, const LensSearchWork::Soluti
   after.sigma_cy_px = found.sigmas[2];
   std::copy_n(found.covariance.begin(), std::size(after.covariance), after.covariance);
   after.sigma_readout_s = said.sigma_readout_s;
-  const bool bent = check.spread > camera_check_params.max_spread || check.field > camera_check_params.max_field;
+  const bool bent = check.spread > max_camera_spread || check.field > max_camera_field;
   said.verdict = nothing         ? CalibrationVerdict::nothing_seen
                  : !after.frozen ? CalibrationVerdict::searching
                  : bent          ? CalibrationVerdict::unexplained

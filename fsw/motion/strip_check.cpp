@@ -33,7 +33,7 @@ Status event_of(const CalibrationCheckRecord& said) {
   if (said.verdict == CameraCheckVerdict::contradicts) {
     return {StatusCode::camera_contradicted, said.id, static_cast<std::int64_t>(said.worst)};
   }
-  const double excess = excess_of(said.statistic, said.spread, said.field, camera_check_params).largest();
+  const double excess = excess_of(said.statistic, said.spread, said.field).largest();
   return {StatusCode::camera_unexplained, said.id, static_cast<std::int64_t>(1000 * std::fmin(excess, 1e6))};
 }
 
@@ -115,15 +115,14 @@ Status StripCheck::end_window(const CameraModel& camera, Status& event) {
   StripCheckState after = state_;
   IntrinsicsEquations equations;
   const bool rolling = camera.readout_s < 0 || camera.readout_s > 0;
-  const ReductionParams params{.error_factor = camera_check_params.error_factor,
-                               .motion = rolling ? &workspace_.motion : nullptr};
+  const ReductionParams params{.motion = rolling ? &workspace_.motion : nullptr};
   const Status reduced =
       reduce_to_intrinsics(camera, params, workspace_.window, workspace_.equations, equations, after.evidence.field);
-  if (reduced.ok()) add_window(equations, camera_check_params, after.evidence);
+  if (reduced.ok()) add_window(equations, after.evidence);
   if (!reduced.ok()) event = reduced;
   after.window_first_id = workspace_.ids.back();
   after.posed -= std::min(after.posed, static_cast<std::uint32_t>(workspace_.ids.size() - 1));
-  CalibrationCheckRecord said = record_of(judge(after.evidence, camera, camera_check_params), after.evidence);
+  CalibrationCheckRecord said = record_of(judge(after.evidence, camera), after.evidence);
   said.id = work_.strip.id;
   said.first_keyframe_id = work_.strip.first_keyframe_id;
   said.last_keyframe_id = workspace_.ids.back();

@@ -13,7 +13,6 @@
 
 namespace ilp {
 
-inline constexpr CameraCheckParams camera_check_params;
 inline constexpr std::size_t least_window_views = 3;
 
 /// The strip after the last checked one.

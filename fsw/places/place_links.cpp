@@ -171,7 +171,7 @@ Status PlaceLinks::relate(std::uint64_t link_id, LinkGeometry& geometry) {
 
 Status PlaceLinks::link_with(const RememberedPlace& place, const PlaceRecord& record) {
   ILP_TRY(verify_place(Features(workspace_.older.data(), workspace_.older.size()),
-                       Features(workspace_.features.data(), workspace_.features.size()), {},
+                       Features(workspace_.features.data(), workspace_.features.size()), least_place_evidence,
                        wiring_.scratch.as<PlaceScratch>().match, workspace_.match));
   if (workspace_.match.verdict != PlaceVerdict::verified) return {};
   LinkPoints& points = work_.link_points[work_.links.size()];

@@ -131,7 +131,7 @@ void verify(benchmark::State& state) {
   (void)find_place_features(image.view(), wanted, harris_workspace(), *features_workspace, newer).ok();
   PlaceMatch match;
   for (auto _ : state) {
-    benchmark::DoNotOptimize(verify_place(all(older), all(newer), {}, *workspace, match));
+    benchmark::DoNotOptimize(verify_place(all(older), all(newer), least_place_evidence, *workspace, match));
   }
   state.SetLabel(name_of(match.verdict));
   state.counters["pairs"] = static_cast<double>(match.pairs.size());

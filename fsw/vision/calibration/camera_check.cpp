@@ -23,8 +23,9 @@ double field_of(const ResidualField& field) {
 
 }  // namespace
 
-void add_window(const IntrinsicsEquations& window, const CameraCheckParams& params, CameraEvidence& evidence) {
-  if (window.points < params.least_points) return;
+void add_window(const IntrinsicsEquations& window, CameraEvidence& evidence) {
+  constexpr std::uint32_t least_points = 50;
+  if (window.points < least_points) return;
   std::size_t at = 0;
   for (std::size_t a = 0; a < camera_unknowns; ++a) {
     for (std::size_t b = 0; b <= a; ++b) {
@@ -39,12 +40,13 @@ void add_window(const IntrinsicsEquations& window, const CameraCheckParams& para
   evidence.points += window.points;
 }
 
-LensExcess excess_of(double statistic, double spread, double field, const CameraCheckParams& params) {
-  return {spread / std::fmax(params.max_spread, params.spread_of_statistic * statistic),
-          field / (params.max_field * (1 + params.field_of_statistic * statistic))};
+LensExcess excess_of(double statistic, double spread, double field) {
+  constexpr double spread_of_statistic = 0.05, field_of_statistic = 0.005;  // what a wrong lens may leave
+  return {spread / std::fmax(max_camera_spread, spread_of_statistic * statistic),
+          field / (max_camera_field * (1 + field_of_statistic * statistic))};
 }
 
-CameraCheck judge(const CameraEvidence& evidence, const CameraModel& given, const CameraCheckParams& params) {
+CameraCheck judge(const CameraEvidence& evidence, const CameraModel& given) {
   CameraCheck out;
   if (evidence.windows == 0) return out;
   constexpr double prior_of_statistic = 1e-6, rounding = 1e-12;
@@ -98,8 +100,8 @@ CameraCheck judge(const CameraEvidence& evidence, const CameraModel& given, cons
   }
   out.field = field_of(evidence.field);
   out.noise_px = std::sqrt(evidence.noise2_px / evidence.windows);
-  const bool accused = !(out.statistic <= params.max_statistic);
-  const bool no_lens = excess_of(out.statistic, out.spread, out.field, params).largest() > 1;
+  const bool accused = !(out.statistic <= max_camera_statistic);
+  const bool no_lens = excess_of(out.statistic, out.spread, out.field).largest() > 1;
   out.verdict = no_lens   ? CameraCheckVerdict::unexplained
                 : accused ? CameraCheckVerdict::contradicts
                           : CameraCheckVerdict::fits;

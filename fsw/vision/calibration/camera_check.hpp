@@ -7,15 +7,8 @@
 
 namespace ilp {
 
-struct CameraCheckParams {
-  double error_factor = 3;            ///< of an observation's scatter, see reduce_to_intrinsics
-  double max_statistic = 2.5;         ///< of the right camera at most 2.1 has been seen
-  double max_spread = 2;              ///< of windows about their sum, per degree of freedom
-  double spread_of_statistic = 0.05;  ///< that a wrong lens may leave of a large statistic
-  double field_of_statistic = 0.005;
-  double max_field = 1.6;  ///< see CameraCheck::field
-  std::uint32_t least_points = 50;
-};
+/// Limits of CameraCheck: of the statistic, of which the right camera has had 2.1 at most, of spread, and of field.
+inline constexpr double max_camera_statistic = 2.5, max_camera_spread = 2, max_camera_field = 1.6;
 
 /// Sums over the windows of a strip.
 struct CameraEvidence {
@@ -28,7 +21,7 @@ struct CameraEvidence {
   ResidualField field;
 };
 /// A window with too few points adds nothing.
-void add_window(const IntrinsicsEquations& window, const CameraCheckParams& params, CameraEvidence& evidence);
+void add_window(const IntrinsicsEquations& window, CameraEvidence& evidence);
 
 struct CameraCheck {
   CameraCheckVerdict verdict = CameraCheckVerdict::nothing_seen;
@@ -57,9 +50,8 @@ struct LensExcess {
 
   [[nodiscard]] double largest() const { return std::fmax(of_spread, of_field); }
 };
-[[nodiscard]] LensExcess excess_of(double statistic, double spread, double field, const CameraCheckParams& params);
+[[nodiscard]] LensExcess excess_of(double statistic, double spread, double field);
 
-[[nodiscard]] CameraCheck judge(const CameraEvidence& evidence, const CameraModel& given,
-                                const CameraCheckParams& params);
+[[nodiscard]] CameraCheck judge(const CameraEvidence& evidence, const CameraModel& given);
 
 }  // namespace ilp

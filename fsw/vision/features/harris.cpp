@@ -14,6 +14,11 @@ namespace {
 // Sobel reaches one pixel, the binomial window two more.
 constexpr std::int32_t reach_px = 3;
 constexpr std::int32_t corners_per_bucket = 8;
+constexpr float harris_constant = 0.04F;
+// Of the strongest response; responses go with the fourth power of contrast.
+constexpr float relative_threshold = 1e-6F;
+// One sigma of white noise: the mean response that it gives is no corner.
+constexpr float noise_grey_levels = 1.5F;
 constexpr std::int32_t rows_of_a_slice = 160;
 
 // Sobel: derivative along one axis, [1 2 1] along the other. Magnitude at most 4 * 255.
@@ -57,7 +62,7 @@ float largest_of(const float* values, std::int32_t count) {
 }
 
 // Returns the strongest response of the row.
-float response_row(std::int32_t width, std::int32_t y, float kappa, const HarrisWorkspace& w, float* out) {
+float response_row(std::int32_t width, std::int32_t y, const HarrisWorkspace& w, float* out) {
   const auto row = [y](const auto& ring, std::int32_t k) {
     return ring[static_cast<std::size_t>(y + k) % HarrisWorkspace::window].data();
   };
@@ -72,13 +77,13 @@ float response_row(std::int32_t width, std::int32_t y, float kappa, const Harris
     const auto xy = static_cast<float>(m0[x] + m4[x] + 4 * (m1[x] + m3[x]) + 6 * m2[x]);
     const auto yy = static_cast<float>(y0[x] + y4[x] + 4 * (y1[x] + y3[x]) + 6 * y2[x]);
     const float trace = xx + yy;
-    out[x] = xx * yy - xy * xy - kappa * trace * trace;
+    out[x] = xx * yy - xy * xy - harris_constant * trace * trace;
   }
   return largest_of(out + reach_px, width - 2 * reach_px);
 }
 
 // Response of the next rows, without a margin of reach_px around the image.
-void respond(GrayView image, float kappa, std::int32_t end, HarrisWorkspace& w) {
+void respond(GrayView image, std::int32_t end, HarrisWorkspace& w) {
   for (std::int32_t y = w.progress.next_row; y < end; ++y) {
     sobel_row(image, y, w);
     const std::size_t slot = static_cast<std::size_t>(y) % HarrisWorkspace::window;
@@ -90,13 +95,13 @@ void respond(GrayView image, float kappa, std::int32_t end, HarrisWorkspace& w) 
     const std::int32_t centre = y - 2;
     if (centre < reach_px) continue;
     float* const out = w.response.data() + static_cast<std::ptrdiff_t>(centre) * image.width;
-    w.progress.strongest = std::max(w.progress.strongest, response_row(image.width, centre, kappa, w, out));
+    w.progress.strongest = std::max(w.progress.strongest, response_row(image.width, centre, w, out));
   }
   w.progress.next_row = end;
 }
 
-void compute_response(GrayView image, float kappa, std::int32_t end, HarrisWorkspace& w) {
-  with_widest_vectors([&] { respond(image, kappa, end, w); });
+void compute_response(GrayView image, std::int32_t end, HarrisWorkspace& w) {
+  with_widest_vectors([&] { respond(image, end, w); });
 }
 
 struct Region {
@@ -330,9 +335,9 @@ Region inner_region(GrayView image, const HarrisParams& params) {
 Status choose_corners(GrayView image, const HarrisParams& params, HarrisWorkspace& w, Corners& corners) {
   const Region valid{reach_px, reach_px, image.width - reach_px, image.height - reach_px};
   // White noise of variance s^2 has Sobel gradients of variance 12 s^2, and the window weighs 256.
-  const float noise_tensor = 256 * 12 * params.noise_grey_levels * params.noise_grey_levels;
-  const float noise_response = (1 - 4 * params.kappa) * noise_tensor * noise_tensor;
-  const float threshold = std::max(params.relative_threshold * w.progress.strongest, noise_response);
+  constexpr float noise_tensor = 256 * 12 * noise_grey_levels * noise_grey_levels;
+  constexpr float noise_response = (1 - 4 * harris_constant) * noise_tensor * noise_tensor;
+  const float threshold = std::max(relative_threshold * w.progress.strongest, noise_response);
   const ImageView<const float> response(w.response.data(), image.width, image.height);
   const std::size_t count =
       find_maxima(response, inner_region(image, params), valid, params.min_distance_px, threshold, w);
@@ -359,7 +364,6 @@ Status begin_corners(GrayView image, const HarrisParams& params, HarrisWorkspace
   if (params.min_distance_px < 2 || params.min_distance_px > 64) {
     return out_of_range(Argument::corner_distance, params.min_distance_px);
   }
-  if (!(params.kappa >= 0 && params.kappa < 0.25F)) return out_of_range(Argument::harris_kappa, params.kappa);
   if (image.area() > limits::max_image_pixels || std::max(image.width, image.height) > limits::max_image_side) {
     return {StatusCode::image_too_large, image.width, image.height};
   }
@@ -373,7 +377,7 @@ Result<bool> detect_corners_slice(GrayView image, const HarrisParams& params, Ha
   if (inner.x1 <= inner.x0 || inner.y1 <= inner.y0) return false;
   const std::int32_t last = image.height - 1;
   if (w.progress.next_row < last) {
-    compute_response(image, params.kappa, std::min(w.progress.next_row + rows_of_a_slice, last), w);
+    compute_response(image, std::min(w.progress.next_row + rows_of_a_slice, last), w);
     return true;
   }
   ILP_TRY(choose_corners(image, params, w, corners));

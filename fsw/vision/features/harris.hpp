@@ -12,16 +12,13 @@ struct HarrisParams {
   std::int32_t target_count = 1000;  ///< requested corners; at most limits::max_corners
   std::int32_t min_distance_px = 5;  ///< between two corners, in x or in y; 2 to 64
   std::int32_t border_px = 12;       ///< no corner nearer to the border, so that its patch is inside
-  float kappa = 0.04F;               ///< Harris' constant, 0 to 0.24
-  float relative_threshold = 1e-6F;  ///< of the strongest response; responses go with the fourth power of contrast
-  float noise_grey_levels = 1.5F;    ///< one sigma of white noise; the mean response that it gives is no corner
 };
 
 struct HarrisWorkspace;  // defined in harris_workspace.hpp: a component owns one
 /// Positions are refined to sub-pixel by a quadratic fit of the response. The image is divided into buckets of about
 /// eight corners each; every bucket gives its strongest corners, and the others make up for buckets with fewer.
 /// An image without texture gives no corners and ok. Corners come bucket by bucket, strongest first. `invalid_argument`
-/// (target count, distance, kappa), `image_too_large`.
+/// (target count, distance), `image_too_large`.
 Status detect_corners(GrayView image, const HarrisParams& params, HarrisWorkspace& workspace, Corners& corners);
 
 /// The same in slices: one call of begin_corners, then of detect_corners_slice with the same arguments while there

@@ -21,6 +21,12 @@ constexpr std::size_t searches_of_a_slice = 300;
 constexpr std::size_t refinements_of_a_slice = 150;
 /// Least standard deviation of a smoothed patch: the camera's noise stays below it.
 constexpr float min_patch_stddev_grey = 0.7F;
+/// Second best over best correlation inside the window: above it the match is ambiguous.
+constexpr float max_second_ratio = 0.95F;
+/// Between corner b and the refined position.
+constexpr float max_refinement_px = 3;
+/// Of a tracked corner: stricter than of a match, because no rival is compared.
+constexpr float min_tracked_score = 0.8F;
 
 bool invert(const Linear2& m, Linear2& inverse) {
   const float det = m.xx * m.yy - m.xy * m.yx;
@@ -55,11 +61,7 @@ Status check_matching(GrayView a, GrayView b, const double (&plane_b_from_a)[9],
   for (const double value : plane_b_from_a) {
     if (!(std::fabs(value) < 1e6)) return out_of_range(Argument::homography, value);
   }
-  const auto share = [](float value) { return value > 0 && value <= 1; };
-  if (!share(params.min_score) || !share(params.min_tracked_score) || !share(params.max_second_ratio) ||
-      !(params.max_refinement_px > 0)) {
-    return out_of_range(Argument::match_parameters);
-  }
+  if (!(params.min_score > 0 && params.min_score <= 1)) return out_of_range(Argument::match_parameters);
   return {};
 }
 
@@ -141,7 +143,7 @@ void offer(std::int32_t score, std::size_t other, MatcherWorkspace::Best& best) 
   }
 }
 
-bool unambiguous(const MatcherWorkspace::Best& best, float min_score, float max_second_ratio) {
+bool unambiguous(const MatcherWorkspace::Best& best, float min_score) {
   const auto score = static_cast<float>(best.score);
   return score >= min_score * normalized_patch_square && static_cast<float>(best.second) <= max_second_ratio * score;
 }
@@ -153,7 +155,7 @@ bool refine_match(std::size_t i, const Corner& a, float x, float y, float min_sc
   PatchWarp warp{x, y, w.predicted[i].b_from_a, 0};
   if (!register_patch(w.patch, image_b, warp)) return false;
   const float dx = warp.x - x, dy = warp.y - y;
-  if (dx * dx + dy * dy > params.max_refinement_px * params.max_refinement_px || warp.ncc < min_score) return false;
+  if (dx * dx + dy * dy > max_refinement_px * max_refinement_px || warp.ncc < min_score) return false;
   match = {static_cast<std::uint16_t>(i), none, std::min(warp.ncc, 1.0F), warp.x, warp.y};
   return true;
 }
@@ -262,10 +264,7 @@ void match_mutual_best(const Pair& pair, std::size_t i) {
   const MatcherParams& params = pair.params;
   const std::uint16_t j = w.best_a[i].other;
   if (j == none || w.best_b[j].other != i) return;
-  if (!unambiguous(w.best_a[i], params.min_score, params.max_second_ratio) ||
-      !unambiguous(w.best_b[j], params.min_score, params.max_second_ratio)) {
-    return;
-  }
+  if (!unambiguous(w.best_a[i], params.min_score) || !unambiguous(w.best_b[j], params.min_score)) return;
   Match& match = w.match_of_a[i];
   const Corner& b = pair.corners_b[j];
   if (!refine_match(i, pair.corners_a[i], b.x, b.y, params.min_score, pair.a(), pair.b(), params, w, match)) return;
@@ -281,8 +280,7 @@ void track_unmatched(const Pair& pair, std::size_t i) {
   if (!local_deviation(pair.corners_a[i], pair.corners_a, w, deviation)) return;
   const float x = w.predicted[i].x + deviation.x, y = w.predicted[i].y + deviation.y;
   Match& match = w.match_of_a[i];
-  const float least = pair.params.min_tracked_score;
-  if (!refine_match(i, pair.corners_a[i], x, y, least, pair.a(), pair.b(), pair.params, w, match)) return;
+  if (!refine_match(i, pair.corners_a[i], x, y, min_tracked_score, pair.a(), pair.b(), pair.params, w, match)) return;
   match.b = corner_at(match.xb, match.yb, w.progress.first_new, *pair.tracked_b, w);
   if (match.b == none) return;
   w.matched_a[i] = w.matched_b[match.b] = true;

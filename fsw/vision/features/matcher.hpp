@@ -13,9 +13,6 @@ struct MatcherParams {
   std::int32_t patch_side_px = 15;  ///< odd, 7 to limits::max_patch_side
   float search_radius_px = 48;      ///< around the predicted position: relief and tilt
   float min_score = 0.7F;           ///< weaker correlations are not matches
-  float max_second_ratio = 0.95F;   ///< second best / best correlation inside the window, above it is ambiguous
-  float max_refinement_px = 3;      ///< between corner b and the refined position
-  float min_tracked_score = 0.8F;   ///< for match_and_track_corners: it is stricter because no rival is compared
 };
 
 struct MatcherWorkspace;  // defined in matcher_workspace.hpp
@@ -24,8 +21,7 @@ struct MatcherWorkspace;  // defined in matcher_workspace.hpp
 ///
 /// The refined position Match::xb, yb belongs to corner a's own position, which may lie between pixels: a patch around
 /// it is registered to image b with an affine warp, a gain and an offset (subpixel.hpp), so that errors of the corner
-/// detector have no effect. `invalid_argument` (patch side, search radius, prediction, a score, a ratio or the
-/// refinement), `image_too_large`.
+/// detector have no effect. `invalid_argument` (patch side, search radius, prediction, score), `image_too_large`.
 Status match_corners(GrayView image_a, const Corners& corners_a, GrayView image_b, const Corners& corners_b,
                      const Similarity2& b_from_a, const MatcherParams& params, MatcherWorkspace& workspace,
                      Matches& matches);

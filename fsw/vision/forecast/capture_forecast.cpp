@@ -23,6 +23,16 @@ constexpr double prior_of_swing = 0.5;
 constexpr double negligible = 1e-3;
 // The mean speed is not known in advance; times that of the whole path.
 constexpr double unlikely_speed = 10;
+constexpr double gust_time_s = 40;      // how long a gust lasts
+constexpr double swing_time_s = 250;    // how long a swing remembers its phase
+constexpr double shortest_swing_s = 5;  // a gondola on a few metres of rope
+constexpr double longest_swing_s = 40;
+// Of a measured place: mostly relief and tilt, as the registration itself is better.
+constexpr double noise_px = 1;
+// Of a swing taken from the camera's attitude: not all tilt is swing.
+constexpr double tilt_noise_px = 1.5;
+// True errors over those that the models expect, because real winds follow no model.
+constexpr double misfit = 1.4;
 // Recent intervals are more representative of how fast the image turns and grows.
 constexpr double attitude_memory = 0.6;
 
@@ -37,16 +47,16 @@ void MotionForecast::make_hypotheses(std::int32_t width, double speed_px_s) {
   for (const double gust : gust_shares) {
     Hypothesis still;
     still.model.gust_px_s = gust * speed_px_s;
-    still.model.gust_time_s = params_.gust_time_s;
-    still.model.swing_time_s = params_.swing_time_s;
-    still.model.noise_px = params_.noise_px;
-    still.model.tilt_noise_px = params_.tilt_noise_px;
+    still.model.gust_time_s = gust_time_s;
+    still.model.swing_time_s = swing_time_s;
+    still.model.noise_px = noise_px;
+    still.model.tilt_noise_px = tilt_noise_px;
     still.weight = 1 - prior_of_swing;
     static_cast<void>(hypotheses_.push_back(still));
     for (std::size_t k = 0; k < swing_periods; ++k) {
       // Equal steps of frequency, because the error of a phase is the frequency's error times the time.
       const double share = static_cast<double>(k) / (swing_periods - 1);
-      const double hertz = (1 - share) / params_.longest_swing_s + share / params_.shortest_swing_s;
+      const double hertz = (1 - share) / longest_swing_s + share / shortest_swing_s;
       for (const double swing : swing_shares) {
         Hypothesis swinging = still;
         swinging.model.swing_px = swing * width;
@@ -116,9 +126,8 @@ void MotionForecast::fit_attitude(const ApparentPath& path) {
   growth_per_s_ = growth / weights;
 }
 
-void MotionForecast::fit(std::int32_t width, std::int32_t height, const ApparentPath& path,
-                         const ForecastParams& params) {
-  params_ = params;
+void MotionForecast::fit(std::int32_t width, std::int32_t height, const ApparentPath& path, double target_overlap) {
+  target_overlap_ = target_overlap;
   width_ = width;
   height_ = height;
   keyframe_ = path.keyframe;
@@ -164,7 +173,7 @@ MotionForecast::Overlap MotionForecast::overlap_at(TimeNs time_ns) const {
     variance += hypothesis.weight * place.variance;
   }
   // The hypotheses' own error, and their disagreement (over both axes).
-  const double error = params_.misfit * std::sqrt(variance + 0.5 * std::max(squares - x * x - y * y, 0.0));
+  const double error = misfit * std::sqrt(variance + 0.5 * std::max(squares - x * x - y * y, 0.0));
   const double grown = det_exp(growth_per_s_ * seconds);
   const double c = grown * det_cos(turn_rad_s_ * seconds), s = grown * det_sin(turn_rad_s_ * seconds);
   const double m_re = latest_.m_re * c - latest_.m_im * s, m_im = latest_.m_re * s + latest_.m_im * c;
@@ -180,20 +189,20 @@ MotionForecast::Overlap MotionForecast::overlap_at(TimeNs time_ns) const {
 }
 
 TimeNs MotionForecast::time_of_target(TimeNs earliest_ns, TimeNs latest_ns) const {
-  if (overlap_at(earliest_ns).overlap <= params_.target_overlap || latest_ns <= earliest_ns) return earliest_ns;
+  if (overlap_at(earliest_ns).overlap <= target_overlap_ || latest_ns <= earliest_ns) return earliest_ns;
   TimeNs above = earliest_ns, below = latest_ns;
   bool reached = false;
   // The steps grow, because the target is rarely far, and a hover makes the search long.
   for (int k = 1; k <= scan_steps && !reached; ++k) {
     const double share = static_cast<double>(k * k) / (scan_steps * scan_steps);
     below = earliest_ns + static_cast<TimeNs>(share * static_cast<double>(latest_ns - earliest_ns));
-    reached = overlap_at(below).overlap <= params_.target_overlap;
+    reached = overlap_at(below).overlap <= target_overlap_;
     if (!reached) above = below;
   }
   if (!reached) return latest_ns;
   while (below - above > resolution_ns) {  // bound: 63 halves of the interval
     const TimeNs middle = above + (below - above) / 2;
-    (overlap_at(middle).overlap <= params_.target_overlap ? below : above) = middle;
+    (overlap_at(middle).overlap <= target_overlap_ ? below : above) = middle;
   }
   return below;
 }

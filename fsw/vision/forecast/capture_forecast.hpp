@@ -10,23 +10,12 @@
 
 namespace ilp {
 
-struct ForecastParams {
-  double target_overlap = 0.82;
-  double gust_time_s = 40;      ///< how long a gust lasts
-  double swing_time_s = 250;    ///< how long a swing remembers its phase
-  double shortest_swing_s = 5;  ///< least period that is tried: a gondola on a few metres of rope
-  double longest_swing_s = 40;
-  double misfit = 1.4;         ///< true errors over those that the models expect, because real winds follow no model
-  double noise_px = 1;         ///< of a measured place: mostly relief and tilt, as the registration itself is better
-  double tilt_noise_px = 1.5;  ///< of a swing taken from the camera's attitude: not all tilt is swing
-};
-
 /// It is not known beforehand which part of the motion is drift and which is swing. So many models follow the path side
 /// by side, and each has the weight of what it has explained (Bayesian model averaging).
 class MotionForecast {
  public:
   /// Follows the path from its first trusted place to its last.
-  void fit(std::int32_t width, std::int32_t height, const ApparentPath& path, const ForecastParams& params);
+  void fit(std::int32_t width, std::int32_t height, const ApparentPath& path, double target_overlap);
   /// True with at least two trusted places. Otherwise the functions below are meaningless.
   [[nodiscard]] bool known() const { return known_; }
 
@@ -58,7 +47,7 @@ class MotionForecast {
   void keep_best();
   void fit_attitude(const ApparentPath& path);
 
-  ForecastParams params_;
+  double target_overlap_ = 1;
   std::int32_t width_ = 0, height_ = 0;
   PathPoint keyframe_, latest_;
   double turn_rad_s_ = 0, growth_per_s_ = 0;

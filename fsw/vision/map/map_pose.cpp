@@ -183,8 +183,8 @@ bool solve_map_pose(std::span<MapSighting> sightings, const MapPrior& prior, con
   const double grown = std::max(independent, unknowns + least_left) / std::max(independent - unknowns, least_left);
   if (!invert_information(with_attitude(normal / grown, information), distance, pose.covariance)) return false;
   const double by_spread = (params.common_share + params.common_growth * pose.residual_px) * pose.residual_px;
-  const double common =
-      params.pixel_m * std::sqrt(params.common_sigma_px * params.common_sigma_px + by_spread * by_spread);
+  constexpr double common_sigma_px = 0.02;  // at least
+  const double common = params.pixel_m * std::sqrt(common_sigma_px * common_sigma_px + by_spread * by_spread);
   for (int k = 3; k < 6; ++k) pose.covariance(k, k) += common * common;
   return pose.camera_from_map.rotation.allFinite() && centre.allFinite();
 }

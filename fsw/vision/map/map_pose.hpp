@@ -16,12 +16,11 @@ struct MapSighting {
 };
 
 struct MapPoseParams {
-  double pixel_m = 1;             ///< the working pixel
-  double sigma_px = 0.1;          ///< of a sighting, at least; working px
-  double together = 1.6;          ///< the spread of the residuals is this much too small: neighbours err together
-  double common_sigma_px = 0.02;  ///< of all together, added to the position
-  double common_share = 0.5;      ///< the same, of the spread: where the map fits worse, it is also off as a whole
-  double common_growth = 0;       ///< the same, for each px of the spread
+  double pixel_m = 1;         ///< the working pixel
+  double sigma_px = 0.1;      ///< of a sighting, at least; working px
+  double together = 1.6;      ///< the spread of the residuals is this much too small: neighbours err together
+  double common_share = 0.5;  ///< error of all together over the spread: a map that fits worse is off as a whole, too
+  double common_growth = 0;   ///< the same, for each px of the spread
 };
 
 struct MapPose {

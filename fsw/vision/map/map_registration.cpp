@@ -16,6 +16,8 @@ constexpr std::int32_t rows_at_once = 32;
 constexpr std::int64_t products_at_once = 6'000'000;  // of a slice
 constexpr std::int32_t place_reach_px = 3;            // of a patch's own place from that of all
 constexpr std::size_t least_places = 6;
+constexpr double sanity_sigmas = 4;    // of the prior, by which rotation and height may differ from it
+constexpr double senses_agree_px = 3;  // of relit and shape, where both have a verdict
 
 /// What the heights do not resolve lies on one side of them in the light, and depths of a keyframe err together.
 MapPoseParams pose_params(MapSense sense, double pixel_m, double sigma_px) {
@@ -250,8 +252,7 @@ void MapRegistration::count() {
   const std::span<const MapPatch> patches(workspace_->patches.data(), static_cast<std::size_t>(patches_));
   const auto used = std::count_if(patches.begin(), patches.end(), [](const MapPatch& p) { return p.used; });
   const double mean_lags = used > 0 ? static_cast<double>(known_lags_) / static_cast<double>(used) : 1;
-  candidate.vote = count_votes(patches, VoteSurfaces(*workspace_, lags()), lags(), mean_lags,
-                               {params_.min_evidence, params_.rival_factor});
+  candidate.vote = count_votes(patches, VoteSurfaces(*workspace_, lags()), lags(), mean_lags, params_.min_evidence);
   if (candidate.vote.verdict == MapVerdict::no_texture && textured_ > candidate.vote.patches) {
     candidate.vote.verdict = MapVerdict::no_map;
   }
@@ -327,7 +328,7 @@ Status MapRegistration::conclude() {
   if (vote.verdict != MapVerdict::fixed) return {};
   for (const Candidate& candidate : std::span(candidates_).first(sense_count_)) {
     const double dx = candidate.vote.fine_column - vote.fine_column, dy = candidate.vote.fine_row - vote.fine_row;
-    const bool agrees = dx * dx + dy * dy <= params_.senses_agree_px * params_.senses_agree_px;
+    const bool agrees = dx * dx + dy * dy <= senses_agree_px * senses_agree_px;
     if (candidate.vote.verdict == MapVerdict::fixed && !agrees) result_.verdict = MapVerdict::senses_contradict;
   }
   if (result_.verdict != MapVerdict::fixed) return {};
@@ -428,7 +429,7 @@ bool MapRegistration::is_sane(std::span<const MapSighting> sightings, const MapP
     const Eigen::Matrix<double, 6, 1> change = pose_change(input_.prior.camera_from_map, pose);
     const PoseCovariance sum = input_.prior.covariance + covariance;
     for (const int k : {0, 1, 2, 5}) {
-      if (!(change(k) * change(k) <= params_.sanity_sigmas * params_.sanity_sigmas * sum(k, k))) return false;
+      if (!(change(k) * change(k) <= sanity_sigmas * sanity_sigmas * sum(k, k))) return false;
     }
     return true;
   };

@@ -26,10 +26,7 @@ struct MapRegistrationParams {
   double sun_limit_rad = 1.05;  ///< beyond it the bright side of what stands out is its other side
   double ambient = 0.25;        ///< share of the light on level ground that comes from the whole sky
   double min_evidence = 10;     ///< ground that is not there has had up to 6.5
-  double rival_factor = 2.5;    ///< votes over those that agree on any other shift: ground that repeats
   double patch_sigma_px = 0.1;  ///< of a patch's place, at least
-  double sanity_sigmas = 4;     ///< of the prior, by which rotation and height may differ from it
-  double senses_agree_px = 3;   ///< of relit and shape, where both have a verdict
   bool use_relit = true, use_shape = true;
 };
 

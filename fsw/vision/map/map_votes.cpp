@@ -16,7 +16,8 @@ constexpr double quarter_agrees_px = 1.6;
 constexpr std::int32_t other_px = 4;  // from the peak: another shift
 constexpr std::int32_t least_patches = 6;
 constexpr std::int32_t least_quarters = 3;
-constexpr double places = 9;  // lags of a vote
+constexpr double rival_factor = 2.5;  // votes over those that agree on any other shift: ground that repeats
+constexpr double places = 9;          // lags of a vote
 
 /// Whether nine tenths of a patch are known, by sums over the sheet.
 struct Coverage {
@@ -176,7 +177,7 @@ double vote_evidence(std::int32_t votes, std::int32_t patches, double lags) {
 }
 
 MapVote count_votes(std::span<const MapPatch> patches, const VoteSurfaces& surfaces, std::int32_t side, double lags,
-                    const VoteRules& rules) {
+                    double min_evidence) {
   MapVote vote;
   std::uint32_t quarters_with = 0;
   for (const MapPatch& patch : patches) {
@@ -211,9 +212,9 @@ MapVote count_votes(std::span<const MapPatch> patches, const VoteSurfaces& surfa
   }
   vote.evidence = vote_evidence(vote.votes, vote.patches, lags);
   const std::int32_t last = side - 1 - map_edge_px;
-  if (vote.evidence < rules.min_evidence || vote.quarters < least_quarters) {
+  if (vote.evidence < min_evidence || vote.quarters < least_quarters) {
     vote.verdict = MapVerdict::no_agreement;
-  } else if (vote.votes <= rules.rival_factor * vote.rivals) {
+  } else if (vote.votes <= rival_factor * vote.rivals) {
     vote.verdict = MapVerdict::ambiguous;
   } else if (peak.column < map_edge_px || peak.row < map_edge_px || peak.column > last || peak.row > last) {
     vote.verdict = MapVerdict::at_edge;

@@ -38,9 +38,6 @@ class VoteSurfaces {
   std::int32_t lags_;
 };
 
-struct VoteRules {
-  double min_evidence = 10, rival_factor = 2.5;
-};
 struct MapVote {
   MapVerdict verdict = MapVerdict::no_texture;
   std::int32_t column = 0, row = 0;  ///< lag of the peak
@@ -53,7 +50,7 @@ struct MapVote {
 [[nodiscard]] double vote_evidence(std::int32_t votes, std::int32_t patches, double lags);
 /// The verdict on the surfaces of the patches that are used. `lags`: mean number of lags at which a patch can be.
 [[nodiscard]] MapVote count_votes(std::span<const MapPatch> patches, const VoteSurfaces& surfaces, std::int32_t side,
-                                  double lags, const VoteRules& rules);
+                                  double lags, double min_evidence);
 
 /// Place of the largest value of a parabola through three, -1/2 to 1/2 from the middle one.
 [[nodiscard]] double vertex(double before, double middle, double after);

@@ -19,12 +19,11 @@ constexpr int local_steps = 3;  // refinement of each new best sample
 constexpr int final_steps = 10;
 constexpr int final_rounds = 3;  // of selecting inliers and refining on them
 constexpr std::uint32_t smallest_sample = 4;
-constexpr double smallest_spread = 4;  // of the inliers across a line, thresholds
+constexpr double sample_confidence = 0.9999;  // probability that one sample was free of outliers
+constexpr double smallest_spread = 4;         // of the inliers across a line, thresholds
 
 Status check(const PointViews& views, const ResectionParams& params) {
-  if (!(params.threshold_px > 0) || !(params.confidence > 0 && params.confidence < 1) || !(params.robust_px >= 0)) {
-    return out_of_range(Argument::resection_parameters);
-  }
+  if (!(params.threshold_px > 0) || !(params.robust_px >= 0)) return out_of_range(Argument::resection_parameters);
   for (std::size_t i = 0; i < views.size(); ++i) {
     const PointView& v = views[i];
     const double sum = v.position[0] + v.position[1] + v.position[2] + v.x + v.y;
@@ -199,7 +198,7 @@ Best search(const PointViews& views, const CameraModel& camera, const ResectionP
     }
     if (!better) continue;
     const std::uint32_t agreeing = select_inliers(best.pose, camera, views, threshold2, inliers);
-    needed = trials_needed(static_cast<double>(agreeing) / count, params.confidence, params.max_trials);
+    needed = trials_needed(static_cast<double>(agreeing) / count, sample_confidence, params.max_trials);
   }
   return best;
 }

@@ -17,11 +17,13 @@ struct PointView {
 using PointViews = FixedVector<PointView, limits::max_matches>;
 using ViewMask = FixedVector<std::uint8_t, limits::max_matches>;
 
+/// Fewer known points do not give a trustworthy pose.
+inline constexpr std::uint32_t min_resection_inliers = 15;
+
 struct ResectionParams {
-  double threshold_px = 2.0;   ///< inlier bound on the reprojection error; points carry errors of their own
-  double confidence = 0.9999;  ///< probability that one sample was free of outliers
+  double threshold_px = 2.0;  ///< inlier bound on the reprojection error; points carry errors of their own
   std::uint32_t max_trials = 300;
-  std::uint32_t min_inliers = 15;
+  std::uint32_t min_inliers = min_resection_inliers;
   std::uint64_t seed = 1;  ///< made from record ids
   double robust_px = 1.0;  ///< Huber bound of the refinement
 };

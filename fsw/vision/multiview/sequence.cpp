@@ -15,13 +15,13 @@
 namespace ilp {
 namespace {
 
+constexpr std::uint32_t max_bundle_iterations = 20;
+constexpr std::uint32_t max_readjust_iterations = 5;  // after outliers were dropped
+
 Status check(const SequenceParams& p) {
   const bool good = p.window_keyframes >= 2 && p.window_keyframes <= limits::max_window_keyframes &&
-                    p.resection_threshold_px > 0 && p.resection_max_trials > 0 && p.min_resection_inliers >= 4 &&
-                    p.max_reprojection_px > 0 && p.min_triangulation_angle_rad > 0 && p.robust_px >= 0 &&
-                    p.bundle_tolerance >= 0 && p.first_height >= 0 && p.max_first_depth_error > 0 &&
-                    p.min_first_parallax_rad >= 0 && p.max_scale_step > 1 && p.max_tilt_step_rad > 0 &&
-                    p.max_step_footprints > 0;
+                    p.resection_threshold_px > 0 && p.robust_px >= 0 && p.first_height >= 0 &&
+                    p.max_first_depth_error > 0 && p.max_tilt_step_rad > 0 && p.max_step_footprints > 0;
   return good ? Status{} : out_of_range(Argument::sequence_parameters);
 }
 
@@ -131,21 +131,20 @@ Status Sequence::step() {
     case SequencePhase::triangulate:
       return tracks.triangulate();
     case SequencePhase::adjust:
-      return adjustment.adjust(s_.params.max_bundle_iterations, SequencePhase::state_errors, SequencePhase::prune);
+      return adjustment.adjust(max_bundle_iterations, SequencePhase::state_errors, SequencePhase::prune);
     case SequencePhase::prune:
       return tracks.prune();
     case SequencePhase::readjust:
-      return adjustment.adjust(s_.params.max_readjust_iterations, SequencePhase::restate_errors,
-                               SequencePhase::conclude);
+      return adjustment.adjust(max_readjust_iterations, SequencePhase::restate_errors, SequencePhase::conclude);
     case SequencePhase::conclude:
       return conclude();
     case SequencePhase::relating:
       return relation.go_on_relating();
     case SequencePhase::state_errors:
-      adjustment.state_errors(s_.params.max_bundle_iterations, SequencePhase::prune);
+      adjustment.state_errors(max_bundle_iterations, SequencePhase::prune);
       break;
     case SequencePhase::restate_errors:
-      adjustment.state_errors(s_.params.max_readjust_iterations, SequencePhase::conclude);
+      adjustment.state_errors(max_readjust_iterations, SequencePhase::conclude);
       break;
   }
   return {};

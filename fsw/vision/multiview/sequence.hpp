@@ -36,13 +36,6 @@ struct SequenceParams {
   std::uint32_t window_keyframes = 5;  ///< paper 3.2.2; 2 to limits::max_window_keyframes
   RansacParams two_view;               ///< its seed is mixed with that of the keyframe
   double resection_threshold_px = 1.0;
-  std::uint32_t resection_max_trials = 300;
-  std::uint32_t min_resection_inliers = 15;
-  double max_reprojection_px = 2.0;           ///< observations above it are dropped from their track
-  double min_triangulation_angle_rad = 0.01;  ///< between two rays of a new point
-  std::uint32_t max_bundle_iterations = 20;
-  std::uint32_t max_readjust_iterations = 5;  ///< after outliers were dropped
-  double bundle_tolerance = 1e-6;             ///< relative change of the cost that ends an adjustment
   /// The errors of matches have heavy tails, in real images and in rendered ones: no bound separates errors of several
   /// sigmas from good matches. Cauchy's function gives them little weight, Huber's does not.
   double robust_px = 0.5;  ///< scale of the loss, and bound of Huber's in the resection
@@ -58,18 +51,10 @@ struct SequenceParams {
   /// The structure begins as soon as a pair promises depths with at most this relative error (expected_depth_error). If
   /// no pair does, the best one begins when max_first_keyframes have come, or at the end of the strip.
   double max_first_depth_error = 0.2;
-  /// A pair with less median parallax (rotation removed, over the focal length), or with fewer inliers, gives too few
-  /// points for the resection of the next keyframe. It begins only if no other pair does. The parallax is twice the
-  /// least triangulation angle, and a tenth of the parallax at an overlap of 82 %.
-  double min_first_parallax_rad = 0.02;
-  std::uint32_t min_first_inliers = 60;
-  /// An older keyframe than the newest is one more chance for a false relation, and a pose by few points is weak.
-  std::uint32_t min_older_inliers = 40;
   double first_height =
       0;  ///< > 0: median depth of the first pair's points, which sets the scale; 0: its baseline is 1
   /// Attitude of the first camera, unit quaternion w, x, y, z. The default looks straight down, its x is world x.
   double q_first[4] = {0, 1, 0, 0};
-  double max_scale_step = 1.5;     ///< of scale_step and its inverse; beyond it the pose is implausible
   double max_tilt_step_rad = 0.7;  ///< between the optical axes of consecutive keyframes
   /// (Baseline - way around what the camera looks at by the tilt) / extent of an image on the ground.
   double max_step_footprints = 1.5;

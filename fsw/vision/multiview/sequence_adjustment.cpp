@@ -7,7 +7,6 @@ namespace ilp {
 BundleParams SequenceAdjustment::bundle_params(std::uint32_t max_iterations) const {
   BundleParams params;
   params.max_iterations = max_iterations;
-  params.relative_tolerance = s_.params.bundle_tolerance;
   params.robust_px = s_.params.robust_px;
   return params;
 }

@@ -11,6 +11,12 @@
 namespace ilp {
 namespace {
 
+// A pair with less median parallax (rotation removed, over the focal length), or with fewer inliers, gives too few
+// points for the resection of the next keyframe. It begins only if no other pair does. The parallax is twice the least
+// triangulation angle, and a tenth of the parallax at an overlap of 82 %.
+constexpr double min_first_parallax_rad = 0.02;
+constexpr std::uint32_t min_first_inliers = 60;
+
 // Streams that separate the random numbers of one keyframe's searches; other parts have 1 to 3.
 constexpr std::uint64_t pair_stream = 4;
 constexpr std::uint64_t extend_stream = 5;
@@ -32,8 +38,8 @@ Vec3 centre_of(const SequenceCamera& camera) {
 
 /// Before the structure begins, a rotation is a relation as well, and so is a baseline too short to have a direction.
 bool SequenceBeginning::relates(const TwoViewResult& pair) const {
-  const bool without_direction = pair.verdict == TwoViewVerdict::ill_conditioned &&
-                                 !(pair.sigma_direction_rad <= s_.params.two_view.max_sigma_direction_rad);
+  const bool without_direction =
+      pair.verdict == TwoViewVerdict::ill_conditioned && !(pair.sigma_direction_rad <= largest_sigma_direction_rad);
   return pair.verdict == TwoViewVerdict::ok || pair.verdict == TwoViewVerdict::planar ||
          pair.verdict == TwoViewVerdict::too_little_parallax || without_direction;
 }
@@ -41,8 +47,8 @@ bool SequenceBeginning::relates(const TwoViewResult& pair) const {
 /// What pairs are ranked by: less is better.
 double SequenceBeginning::promise(const TwoViewResult& pair) const {
   const double error = expected_depth_error(pair, focal_px());
-  const bool few_points = pair.inliers < s_.params.min_first_inliers ||
-                          pair.median_parallax_px < s_.params.min_first_parallax_rad * focal_px();
+  const bool few_points =
+      pair.inliers < min_first_inliers || pair.median_parallax_px < min_first_parallax_rad * focal_px();
   return few_points ? error + s_.params.max_first_depth_error : error;
 }
 
@@ -55,7 +61,7 @@ Status SequenceBeginning::begin_structure() {
   push_camera(compose(this_from_previous, cam_from_world(s_.cameras[0].pose)));
   tracks_.extend();
   ILP_TRY(tracks_.triangulate());
-  if (s_.report.new_points < s_.params.min_resection_inliers) {
+  if (s_.report.new_points < min_resection_inliers) {
     s_.cameras.pop_back();
     s_.tracks.clear();
     return {};
@@ -201,7 +207,7 @@ Status SequenceBeginning::begin_with_candidate() {
   s_.cameras[b].pose = pose_from(compose(b_from_a, cam_from_world(s_.cameras[a].pose)));
   ILP_TRY(tracks_.triangulate());
   s_.phase = SequencePhase::extend_from_pair;
-  if (s_.report.new_points < s_.params.min_resection_inliers) keep_waiting(true);
+  if (s_.report.new_points < min_resection_inliers) keep_waiting(true);
   return {};
 }
 

@@ -28,8 +28,6 @@ RansacParams SequencePart::two_view_params(std::uint64_t seed) const {
 ResectionParams SequencePart::resection_params(std::uint64_t seed) const {
   ResectionParams params;
   params.threshold_px = s_.params.resection_threshold_px;
-  params.max_trials = s_.params.resection_max_trials;
-  params.min_inliers = s_.params.min_resection_inliers;
   params.robust_px = s_.params.robust_px;
   params.seed = mix64(seed);
   return params;

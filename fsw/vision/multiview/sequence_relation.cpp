@@ -12,6 +12,11 @@
 namespace ilp {
 namespace {
 
+// An older keyframe than the newest is one more chance for a false relation, and a pose by few points is weak.
+constexpr std::uint32_t min_older_inliers = 40;
+// Of scale_step and its inverse: beyond it the pose is implausible.
+constexpr double max_scale_step = 1.5;
+
 // Streams that separate the random numbers of one keyframe's searches; other parts have 1 and 4 to 6.
 constexpr std::uint64_t resection_stream = 2;
 constexpr std::uint64_t third_view_stream = 3;
@@ -160,7 +165,7 @@ Status SequenceRelation::resect_camera() {
   const Status status =
       resect(w_.views, s_.camera, resection_params(s_.seed ^ resection_stream), w_.view_inliers, result);
   s_.report.resection_inliers = result.inliers;
-  const bool few = s_.back > 0 && result.inliers < s_.params.min_older_inliers;
+  const bool few = s_.back > 0 && result.inliers < min_older_inliers;
   if (!status.ok() || few) {
     fail(SequenceVerdict::resection_failed);
     const bool verdict = status.ok() || status.is(StatusCode::too_few_matches) || status.is(StatusCode::no_model);
@@ -218,9 +223,9 @@ bool SequenceRelation::plausible(const ResectionResult& resection) {
                                               normalised_from_ideal(s_.camera, Vec2(view.x, view.y)));
     if (unit_depth > 0) w_.ratios[count++] = x.z() / unit_depth;
   }
-  if (count < s_.params.min_resection_inliers || !(baseline > 0)) return true;
+  if (count < min_resection_inliers || !(baseline > 0)) return true;
   s_.report.scale_step = upper_median(std::span(w_.ratios).first(count)) / baseline;
-  return s_.report.scale_step <= s_.params.max_scale_step && s_.report.scale_step * s_.params.max_scale_step >= 1;
+  return s_.report.scale_step <= max_scale_step && s_.report.scale_step * max_scale_step >= 1;
 }
 
 }  // namespace ilp

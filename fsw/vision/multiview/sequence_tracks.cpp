@@ -10,6 +10,11 @@
 namespace ilp {
 namespace {
 
+// Observations above it are dropped from their track.
+constexpr double max_reprojection_px = 2.0;
+// Between two rays of a new point.
+constexpr double min_triangulation_angle_rad = 0.01;
+
 Vec2 ideal_of(const CameraModel& camera, const Corner& corner) {
   return ideal_from_pixel(camera, Vec2(corner.x, corner.y));
 }
@@ -148,8 +153,8 @@ Status SequenceTracks::triangulate() {
     TriangulatedPoint point;
     const Status status = ilp::triangulate(views.data(), count, point);
     // Rays that are still too parallel wait for a wider baseline; rays that do not meet come from a wrong match.
-    if (!status.ok() || point.angle_rad < s_.params.min_triangulation_angle_rad) continue;
-    if (!point.in_front || point.max_error * focal_px() > s_.params.max_reprojection_px) {
+    if (!status.ok() || point.angle_rad < min_triangulation_angle_rad) continue;
+    if (!point.in_front || point.max_error * focal_px() > max_reprojection_px) {
       track.phase = TrackPhase::removed;
       continue;
     }
@@ -169,8 +174,7 @@ Status SequenceTracks::prune() {
     for (std::uint32_t k = 0; k < track.count; ++k) {
       if (!uses(track, k)) continue;
       const RigidTransform& pose = cameras.at[track.first + k - s_.oldest];
-      if (reprojection_error(s_.camera, pose, position_of(track), track.x[k], track.y[k]) <=
-          s_.params.max_reprojection_px) {
+      if (reprojection_error(s_.camera, pose, position_of(track), track.x[k], track.y[k]) <= max_reprojection_px) {
         continue;
       }
       track.used = static_cast<std::uint16_t>(track.used & ~(1U << k));
@@ -184,7 +188,7 @@ Status SequenceTracks::prune() {
     }
   }
   compact(s_.tracks);
-  const bool again = s_.report.dropped_observations > 0 && s_.params.max_readjust_iterations > 0;
+  const bool again = s_.report.dropped_observations > 0;
   s_.phase = again ? SequencePhase::readjust : SequencePhase::conclude;
   return {};
 }
@@ -197,8 +201,8 @@ void SequenceTracks::finish() {
     bool good = track.phase == TrackPhase::point && used_count(track) >= 2;
     for (std::uint32_t k = 0; good && k < track.count; ++k) {
       const RigidTransform& pose = cameras.at[track.first + k - s_.oldest];
-      good = !uses(track, k) || reprojection_error(s_.camera, pose, position_of(track), track.x[k], track.y[k]) <=
-                                    s_.params.max_reprojection_px;
+      good = !uses(track, k) ||
+             reprojection_error(s_.camera, pose, position_of(track), track.x[k], track.y[k]) <= max_reprojection_px;
     }
     if (track.phase == TrackPhase::point && !good) ++s_.report.lost_points;
     track.phase = good ? TrackPhase::final_point : TrackPhase::removed;

@@ -42,7 +42,7 @@ std::uint32_t choose_cameras(const SequenceState& state, std::size_t free_from) 
   if (free_from > 0) chosen |= 1U << (free_from - 1);
   const std::size_t reach = free_from > limits::max_fixed_keyframes ? free_from - limits::max_fixed_keyframes : 0;
   for (std::size_t i = reach; i + 1 < free_from; ++i) {
-    if (shared[i] >= state.params.min_resection_inliers) chosen |= 1U << i;
+    if (shared[i] >= min_resection_inliers) chosen |= 1U << i;
   }
   return chosen;
 }

@@ -28,8 +28,13 @@ constexpr int quality_level = 2;
 constexpr double min_registered = 0.05;  // share of a's blocks; fewer prove nothing
 constexpr std::size_t min_regions = 4;
 constexpr double perfect_region_ncc = 0.85;
-constexpr double large_part = 1.2;  // of the smallest overlap asked for
-constexpr double imperfect_share = 0.75;
+constexpr double large_part = 1.2;        // of the smallest overlap asked for
+constexpr double max_repetition = 0.75;   // of OverlapResult::repetition
+constexpr double imperfect_share = 0.75;  // of it, unless the match is nearly perfect
+constexpr double min_peak_margin = 0.1;   // best minus second best peak
+constexpr double max_second_share = 0.6;  // second best peak / best
+// Below these an image is too dark, poor in texture, or blurred (ImageQuality).
+constexpr double min_mean_grey = 8, min_stddev_grey = 4, min_sharpness = 0.06;
 constexpr double repetition_slack = 1.06;
 // Below this share of the smallest requested overlap, a match may be due to chance.
 constexpr double outside_search = 0.7;
@@ -66,10 +71,10 @@ Status check_params(const OverlapParams& p) {
   return {};
 }
 
-OverlapVerdict judge_image(const ImageQuality& quality, const OverlapParams& params) {
-  if (quality.mean < params.min_mean) return OverlapVerdict::too_dark;
-  if (quality.stddev < params.min_stddev) return OverlapVerdict::texture_poor;
-  if (quality.sharpness < params.min_sharpness) return OverlapVerdict::blurred;
+OverlapVerdict judge_image(const ImageQuality& quality) {
+  if (quality.mean < min_mean_grey) return OverlapVerdict::too_dark;
+  if (quality.stddev < min_stddev_grey) return OverlapVerdict::texture_poor;
+  if (quality.sharpness < min_sharpness) return OverlapVerdict::blurred;
   return OverlapVerdict::ok;
 }
 
@@ -330,14 +335,14 @@ double weakest_region(RegistrationFit fit) {
 // Ground that resembles itself is accepted only if a large part of it matches almost perfectly.
 double repetition_bound(const OverlapResult& r, const RegistrationFit& fit, const OverlapParams& params) {
   const bool perfect = r.region_ncc >= perfect_region_ncc && r.overlap >= large_part * params.min_overlap;
-  const double bound = perfect ? params.max_repetition : params.max_repetition * imperfect_share;
+  const double bound = perfect ? max_repetition : max_repetition * imperfect_share;
   // Noise lowers the correlation of a pattern with itself as much as that of the images.
   return bound * std::min(1.0, fit.detail_ncc * repetition_slack);
 }
 
 OverlapVerdict judge_peak(const OverlapResult& r, const RegistrationFit& fit, const OverlapParams& params) {
   const bool high = r.ncc >= params.min_ncc && r.region_ncc >= params.min_region_ncc;
-  const bool single = r.ncc - r.ncc_second >= params.min_peak_margin && r.ncc_second <= params.max_second_share * r.ncc;
+  const bool single = r.ncc - r.ncc_second >= min_peak_margin && r.ncc_second <= max_second_share * r.ncc;
   const bool unique = r.repetition <= repetition_bound(r, fit, params);
   const bool searched = r.overlap >= outside_search * params.min_overlap;
   return high && single && unique && searched ? OverlapVerdict::ok : OverlapVerdict::overlap_unknown;
@@ -376,8 +381,8 @@ Status begin(const OverlapTemplate& a, GrayView image_b, const OverlapParams& pa
   }
   ILP_TRY(check_params(params));
   ILP_TRY(w.b.build(image_b, coarse_max_side));
-  result.verdict = judge_image(a.quality, params);
-  if (result.verdict == OverlapVerdict::ok) result.verdict = judge_image(assess(w.b), params);
+  result.verdict = judge_image(a.quality);
+  if (result.verdict == OverlapVerdict::ok) result.verdict = judge_image(assess(w.b));
   return {};
 }
 

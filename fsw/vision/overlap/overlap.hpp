@@ -18,14 +18,7 @@ struct OverlapParams {
   double max_rotation_rad = 0.35;  ///< searched on both sides of the prediction; pi is a full turn
   double max_scale = 1.25;         ///< searched from 1 / max_scale to max_scale times the prediction, in all up to 1.5
   double min_ncc = 0.4;            ///< least NCC of the best peak; wrong peaks on real terrain stay below 0.3
-  double min_peak_margin = 0.1;    ///< best minus second best peak
-  double max_second_share = 0.6;   ///< second best peak / best
   double min_region_ncc = 0.45;    ///< least NCC of every part of the image: a wrong match fits only somewhere
-  double max_repetition =
-      0.75;               ///< of OverlapResult::repetition; three quarters of it unless the match is nearly perfect
-  double min_stddev = 4;  ///< grey levels, of the whole image: below it the verdict is texture_poor
-  double min_mean = 8;    ///< grey levels: below it the verdict is too_dark
-  double min_sharpness = 0.06;  ///< of ImageQuality: below it the verdict is blurred; 0 accepts every image
 };
 
 struct OverlapResult {

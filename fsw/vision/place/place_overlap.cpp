@@ -10,18 +10,15 @@ namespace {
 
 /// Images that follow each other are likely to share ground, and each has one neighbour, where a memory of places
 /// compares every keyframe with many.
-PlaceMatchParams for_neighbours() {
-  PlaceMatchParams params;
-  params.min_evidence = 3;
-  return params;
-}
+constexpr float least_evidence_of_neighbours = 3;
 
 Status compare(GrayView image_a, GrayView image_b, std::size_t features, PlaceScratch& scratch) {
   PlaceFeatures& a = scratch.found[0];
   PlaceFeatures& b = scratch.found[1];
   ILP_TRY(find_place_features(image_a, features, scratch.harris, scratch.features, a));
   ILP_TRY(find_place_features(image_b, features, scratch.harris, scratch.features, b));
-  return verify_place({a.data(), a.size()}, {b.data(), b.size()}, for_neighbours(), scratch.match, scratch.verified);
+  return verify_place({a.data(), a.size()}, {b.data(), b.size()}, least_evidence_of_neighbours, scratch.match,
+                      scratch.verified);
 }
 
 }  // namespace

@@ -12,6 +12,8 @@ namespace ilp {
 namespace {
 
 constexpr std::int32_t grey_steps = 15;
+// Between the best whole pixel and the registered place.
+constexpr float max_patch_refinement_px = 2;
 constexpr std::int32_t side = place_patch_side;
 constexpr std::int32_t padded_side = 16;
 static_assert(side <= padded_side &&
@@ -271,7 +273,7 @@ bool find(const PlacePatch& patch, GrayView image, const Prediction& at, const P
   if (!settled || !(warp.ncc >= params.min_score)) return false;
   const float moved = std::max(std::fabs(warp.x - start.x), std::fabs(warp.y - start.y));
   const float scale = std::max(1.0F, std::max(std::fabs(l.xx) + std::fabs(l.xy), std::fabs(l.yx) + std::fabs(l.yy)));
-  if (!(moved <= params.max_refinement_px * scale)) return false;
+  if (!(moved <= max_patch_refinement_px * scale)) return false;
   sighting.x = warp.x + static_cast<float>(window.left);
   sighting.y = warp.y + static_cast<float>(window.top);
   sighting.score = warp.ncc;
@@ -330,7 +332,7 @@ Status find_place_patches(std::span<const PlacePatch> patches, GrayView image,
     if (inside_image) in_view[visible++] = static_cast<std::uint16_t>(i);
   }
   // Neighbours in the list stand near each other, so that every n-th one leaves the rest spread over the ground.
-  const std::size_t sought = std::min(visible, params.max_sought);
+  const std::size_t sought = std::min(visible, limits::max_link_points);
   for (std::size_t i = 0; i < sought; ++i) {
     PatchSighting sighting;
     sighting.patch = in_view[i * visible / sought];

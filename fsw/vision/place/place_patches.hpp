@@ -44,8 +44,6 @@ using PatchSightings = FixedVector<PatchSighting, limits::max_place_patches>;
 struct PatchSearchParams {
   std::int32_t radius_px = 8;  ///< about the prediction, in pixels of the patch: relief and tilt
   float min_score = 0.7F;
-  float max_refinement_px = 2;                       ///< between the best whole pixel and the registered place
-  std::size_t max_sought = limits::max_link_points;  ///< of more patches in view, every n-th is sought
 };
 inline constexpr std::int32_t max_patch_search_px = 12;
 
@@ -77,7 +75,8 @@ Result<bool> place_patches_slice(GrayView image, HarrisWorkspace& harris, PlaceP
 /// Seeks each patch about the place that the homography (row-major, px of the patches' image to px of `image`)
 /// predicts inside the image, at its rotation and scale: first at whole pixels by normalised cross correlation, then by
 /// registration with an affine warp. Where the image is finer than the patch, it is smoothed until both are equally
-/// sharp. Patches beyond the border, and those that are not found, have no sighting.
+/// sharp. Patches beyond the border, and those that are not found, have no sighting. Of more than
+/// limits::max_link_points in view every n-th is sought.
 /// `invalid_argument` (radius, homography).
 Status find_place_patches(std::span<const PlacePatch> patches, GrayView image,
                           const double (&plane_image_from_patches)[9], const PatchSearchParams& params,

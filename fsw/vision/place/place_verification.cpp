@@ -20,8 +20,16 @@ using Alike = PlaceMatchWorkspace::Alike;
 constexpr std::size_t tried_matches = 40;
 constexpr std::size_t followed = 4;  // similarities that guide a second search
 constexpr int rotation_bins = 32;
-constexpr int angle_tolerance = 14;  // 20 degrees
-constexpr double min_base_px = 20;   // between the two matches that give a similarity
+constexpr int angle_tolerance = 14;      // 20 degrees
+constexpr int max_distance_bits = 72;    // of mutual nearest features
+constexpr int max_guided_bits = 85;      // where the place and the angle are predicted
+constexpr double inlier_radius_px = 10;  // of the first similarity: relief and tilt
+constexpr double guided_radius_px = 14;  // of the matches that it guides to
+constexpr std::int32_t min_inliers = 5;  // of the first similarity
+constexpr std::int32_t min_cells = 6;    // squares with a guided match, in both images
+constexpr double min_spread_px = 15;     // of the guided matches across the line along which they spread most
+constexpr double max_rival_share = 0.4F, max_rival_rate = 0.7F;  // of PlaceMatch
+constexpr double min_base_px = 20;                               // between the two matches that give a similarity
 constexpr double max_scale = 3;
 constexpr double same_place_px = 40;
 constexpr double fit_unit_px = 300;
@@ -78,8 +86,8 @@ struct Guide {
 
 class Verification {
  public:
-  Verification(Features older, Features newer, const PlaceMatchParams& params, PlaceMatchWorkspace& w)
-      : a_(older), b_(newer), params_(params), w_(w) {
+  Verification(Features older, Features newer, float min_evidence, PlaceMatchWorkspace& w)
+      : a_(older), b_(newer), min_evidence_(min_evidence), w_(w) {
     for (const PlaceFeature& a : a_) {
       middle_x_ += static_cast<double>(a.x) / static_cast<double>(a_.size());
       middle_y_ += static_cast<double>(a.y) / static_cast<double>(a_.size());
@@ -89,19 +97,18 @@ class Verification {
   void run(PlaceMatch& match) {
     match.verdict = PlaceVerdict::too_few_matches;
     compare_all();
-    const auto least = static_cast<std::size_t>(std::max(params_.min_inliers, 2));
-    const int bits = params_.max_distance_bits;
-    match_mutually(w_.alike, [&](const Alike& p) { return p.distance <= bits; });
-    if (w_.matches.size() < least) return;
+    match_mutually(w_.alike, [&](const Alike& p) { return p.distance <= max_distance_bits; });
+    if (w_.matches.size() < static_cast<std::size_t>(min_inliers)) return;
     std::uint8_t rotations[3];
     dominant_rotations(rotations);
     match.verdict = PlaceVerdict::no_similarity;
     for (const std::uint8_t rotation : rotations) {
-      match_mutually(w_.alike,
-                     [&](const Alike& p) { return p.distance <= bits && angle_error(p, rotation) <= angle_tolerance; });
+      match_mutually(w_.alike, [&](const Alike& p) {
+        return p.distance <= max_distance_bits && angle_error(p, rotation) <= angle_tolerance;
+      });
       try_similarities(match);
     }
-    if (match.inliers < params_.min_inliers) return;
+    if (match.inliers < min_inliers) return;
     follow_best(match);
   }
 
@@ -126,7 +133,7 @@ class Verification {
         std::min(std::max(PlaceMatchWorkspace::alike_of_few, a_.size() * b_.size() / 16), w_.alike.capacity());
     w_.alike.clear();
     set_words_of_b();
-    int bits = std::clamp(std::max(params_.max_distance_bits, params_.max_guided_bits), 0, 255);
+    int bits = max_guided_bits;
     std::array<std::size_t, 256> count{};
     std::size_t pairs = 0;
     const auto consider = [&](std::size_t a, std::size_t b, int distance) {
@@ -243,7 +250,7 @@ class Verification {
       w_.matched_b[i] = {b.x, b.y};
     }
     const std::size_t tried = std::min(tried_matches, w_.matches.size());
-    const double radius2 = static_cast<double>(params_.inlier_radius_px) * params_.inlier_radius_px;
+    const double radius2 = inlier_radius_px * inlier_radius_px;
     for (std::size_t i = 0; i < tried; ++i) {
       for (std::size_t k = i + 1; k < tried; ++k) {
         Hypothesis h;
@@ -292,7 +299,7 @@ class Verification {
   }
 
   [[nodiscard]] bool admits(const Guide& guide, const Alike& p) const {
-    return angle_error(p, guide.rotation) <= angle_tolerance && p.distance <= params_.max_guided_bits &&
+    return angle_error(p, guide.rotation) <= angle_tolerance && p.distance <= max_guided_bits &&
            guide.admits_level(a_[p.a], b_[p.b]);
   }
 
@@ -315,8 +322,7 @@ class Verification {
   template <typename Match>
   void follow(PlaneMap& map, Match&& match) const {
     for (int pass = 0; pass < 5; ++pass) {
-      const std::size_t count =
-          match(map, static_cast<double>(pass < 3 ? params_.guided_radius_px : params_.inlier_radius_px));
+      const std::size_t count = match(map, static_cast<double>(pass < 3 ? guided_radius_px : inlier_radius_px));
       const PlaneFit points = fit();
       const bool fitted = pass > 1 && count >= 14  ? points.homography(map)
                           : pass > 0 && count >= 8 ? points.affine(map)
@@ -328,7 +334,7 @@ class Verification {
   // Features of image a that lie together, as those of several levels do, tell the same: they are one corner.
   void find_corners() {
     std::uint16_t first[limits::max_place_features];
-    const double radius2 = static_cast<double>(params_.inlier_radius_px) * params_.inlier_radius_px;
+    const double radius2 = inlier_radius_px * inlier_radius_px;
     corners_ = 0;
     for (std::size_t i = 0; i < a_.size(); ++i) {
       std::size_t c = 0;
@@ -389,7 +395,7 @@ class Verification {
   using Counts = std::array<double, static_cast<std::size_t>(radii) * likenesses>;
   [[nodiscard]] Counts count(const PlaneMap& map, const PlaneMap* other) const {
     bool met[limits::max_place_features][radii * likenesses] = {};
-    const double widest = static_cast<double>(params_.inlier_radius_px);
+    const double widest = inlier_radius_px;
     for (const Alike& m : w_.matches) {
       const PlaceFeature &a = a_[m.a], &b = b_[m.b];
       if (other != nullptr && other->squared_distance(a.x, a.y, b.x, b.y) <= 4 * widest * widest) continue;
@@ -397,7 +403,7 @@ class Verification {
       for (int r = 0; r < radii; ++r) {
         const double radius = (r + 1) * widest / radii;
         for (int k = 0; k < likenesses; ++k) {
-          if (squared <= radius * radius && m.distance <= params_.max_guided_bits - 10 * k) {
+          if (squared <= radius * radius && m.distance <= max_guided_bits - 10 * k) {
             met[corner_of_[m.a]][k * radii + r] = true;
           }
         }
@@ -425,7 +431,7 @@ class Verification {
     const double possible = corners_inside(map);
     if (possible < 1) return {};
     find_near(map);
-    match_near(map, params_.inlier_radius_px);
+    match_near(map, inlier_radius_px);
     const Counts found = count(map, nullptr);
     std::array<Counts, 6> beside{};  // largest first
     constexpr int directions = 16;
@@ -434,7 +440,7 @@ class Verification {
       for (const double length : beside_px) {
         PlaneMap other = shifted(map, length * det_cos(angle), length * det_sin(angle));
         follow(other, [&](const PlaneMap& m, double radius_px) { return match_near(m, radius_px); });
-        match_near(other, params_.inlier_radius_px);
+        match_near(other, inlier_radius_px);
         Counts met = count(other, &map);
         for (Counts& larger : beside) {
           for (std::size_t i = 0; i < met.size(); ++i) {
@@ -466,17 +472,17 @@ class Verification {
     PlaneMap best_map;
     for (Hypothesis& h : hypotheses_) {
       h.matches = 0;
-      if (h.inliers < params_.min_inliers) continue;
+      if (h.inliers < min_inliers) continue;
       follow(h.map, [&](const PlaneMap& m, double radius_px) { return match_along(m, radius_px); });
-      h.matches = match_along(h.map, params_.inlier_radius_px);
+      h.matches = match_along(h.map, inlier_radius_px);
       if (h.matches <= best) continue;
       best = h.matches;
       best_map = h.map;
     }
     if (best == 0) return;
-    match_along(best_map, params_.inlier_radius_px);
+    match_along(best_map, inlier_radius_px);
     if (!describe(best_map, match)) return;
-    if (match.cells < params_.min_cells || match.spread_px < static_cast<double>(params_.min_spread_px)) {
+    if (match.cells < min_cells || match.spread_px < min_spread_px) {
       match.verdict = PlaceVerdict::too_few_cells;
       return;
     }
@@ -512,7 +518,7 @@ class Verification {
     for (const PlaneMap& rival : rivals_) {
       const double possible = corners_inside(rival);
       if (possible < least_shared * best.possible) continue;
-      match_along(rival, static_cast<double>(params_.inlier_radius_px));
+      match_along(rival, inlier_radius_px);
       rate = std::max(rate, count(rival, nullptr)[best.bounds] / possible);
     }
     return best.found > 0 ? rate * best.possible / best.found : 0;
@@ -548,10 +554,10 @@ class Verification {
       const int column = index % side - side / 2, row = index / side - side / 2;
       PlaneMap rival = shifted(map, (column + 0.5) * repeat_cell_px, (row + 0.5) * repeat_cell_px);
       for (int pass = 0; pass < 2; ++pass) {
-        match_along(rival, pass == 0 ? repeat_cell_px : static_cast<double>(params_.guided_radius_px));
+        match_along(rival, pass == 0 ? repeat_cell_px : guided_radius_px);
         if (!fit().similarity(rival)) break;
       }
-      if (!same_place(rival, map)) consider_rival(rival, match_along(rival, params_.inlier_radius_px));
+      if (!same_place(rival, map)) consider_rival(rival, match_along(rival, inlier_radius_px));
       *peak = 0;
     }
   }
@@ -586,10 +592,9 @@ class Verification {
     if (best.value > 0 && 2 * rival_matches_ > match.pairs.size()) {
       match.rival_share = evidence(rival_).value / best.value;
     }
-    if (match.rival_share > static_cast<double>(params_.max_rival_share) ||
-        match.rival_rate > static_cast<double>(params_.max_rival_rate)) {
+    if (match.rival_share > max_rival_share || match.rival_rate > max_rival_rate) {
       match.verdict = PlaceVerdict::ambiguous;
-    } else if (match.evidence < static_cast<double>(params_.min_evidence)) {
+    } else if (match.evidence < static_cast<double>(min_evidence_)) {
       match.verdict = PlaceVerdict::by_chance;
     } else {
       match.verdict = PlaceVerdict::verified;
@@ -597,7 +602,7 @@ class Verification {
   }
 
   Features a_, b_;
-  const PlaceMatchParams& params_;
+  float min_evidence_;
   PlaceMatchWorkspace& w_;
   double middle_x_ = 0, middle_y_ = 0;  ///< of the older features
   std::array<std::uint16_t, limits::max_place_features> corner_of_{};
@@ -610,13 +615,13 @@ class Verification {
 
 }  // namespace
 
-Status verify_place(Features older, Features newer, const PlaceMatchParams& params, PlaceMatchWorkspace& workspace,
+Status verify_place(Features older, Features newer, float min_evidence, PlaceMatchWorkspace& workspace,
                     PlaceMatch& match) {
   match = {};
   if (std::max(older.size(), newer.size()) > limits::max_place_features)
     return out_of_range(Argument::features, std::max(older.size(), newer.size()));
-  if (std::min(older.size(), newer.size()) < static_cast<std::size_t>(std::max(params.min_inliers, 2))) return {};
-  Verification(older, newer, params, workspace).run(match);
+  if (std::min(older.size(), newer.size()) < static_cast<std::size_t>(min_inliers)) return {};
+  Verification(older, newer, min_evidence, workspace).run(match);
   return {};
 }
 

@@ -12,18 +12,8 @@
 
 namespace ilp {
 
-struct PlaceMatchParams {
-  std::int32_t max_distance_bits = 72;  ///< of mutual nearest features
-  std::int32_t max_guided_bits = 85;    ///< where the place and the angle are predicted
-  float inlier_radius_px = 10;          ///< of the first similarity: relief and tilt
-  float guided_radius_px = 14;          ///< of the matches that it guides to
-  std::int32_t min_inliers = 5;         ///< of the first similarity
-  std::int32_t min_cells = 6;           ///< squares of 40 px with a guided match, in both images
-  float min_spread_px = 15;             ///< of the guided matches across the line along which they spread most
-  float min_evidence = 6;               ///< of PlaceMatch
-  float max_rival_share = 0.4F;         ///< of PlaceMatch
-  float max_rival_rate = 0.7F;          ///< of PlaceMatch
-};
+/// Least PlaceMatch::evidence of the same ground, where nothing but the features says that it is.
+inline constexpr float least_place_evidence = 6;
 
 struct PlacePair {
   std::uint16_t older = 0, newer = 0;  ///< indices of features
@@ -51,7 +41,7 @@ struct PlaceMatch {
 struct PlaceMatchWorkspace;  // place_match_workspace.hpp
 /// Deterministic: every pair of the best matches is tried, none is drawn. A pair of images that do not show the same
 /// ground is no error: see PlaceMatch::verdict. `invalid_argument` (more than limits::max_place_features).
-Status verify_place(std::span<const PlaceFeature> older, std::span<const PlaceFeature> newer,
-                    const PlaceMatchParams& params, PlaceMatchWorkspace& workspace, PlaceMatch& match);
+Status verify_place(std::span<const PlaceFeature> older, std::span<const PlaceFeature> newer, float min_evidence,
+                    PlaceMatchWorkspace& workspace, PlaceMatch& match);
 
 }  // namespace ilp

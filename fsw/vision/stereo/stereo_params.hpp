@@ -14,30 +14,19 @@ struct StereoParams {
   StereoMatcherChoice matcher = StereoMatcherChoice::semi_global;
   int window_radius = 2;            ///< 1 to 4: a small NCC window keeps edges sharp, and the paths bring the support
   double noise_grey = 1.0;          ///< sensor noise, grey levels: damps the NCC of flat windows
-  int out_of_view_cost = 30;        ///< cost of a match outside the other image: between a right and a chance match
-  int small_step_penalty = 10;      ///< cost of a change by one px, as on slanted ground; at most 31
-  int large_step_penalty = 140;     ///< cost of any larger change where the image is smooth; at most 140
-  int min_large_step_penalty = 24;  ///< the same across a strong image edge, where depth edges are
-  int occlusion_cost = 24;          ///< ordered_scanline: cost of a pixel without a match; two make a chance match
-  int edge_grey = 4;                ///< grey difference from which the large penalty falls, inversely
+  int min_large_step_penalty = 24;  ///< of paths across a strong image edge, where depth edges are; 10 to 140
   double min_ncc = 0.3;           ///< least mean NCC of the chosen disparity over a few pixels; more loses weak texture
   int uniqueness_permille = 20;   ///< the best path must cost less than any other by this share of max_matching_cost
   double min_texture_grey = 0.8;  ///< a window whose grey values have a smaller standard deviation is blank
   bool keep_order = true;  ///< semi_global: the ordering constraint holds on terrain, but not beside thin objects
   std::int32_t min_segment_px = 60;  ///< smaller connected segments are removed
-  double segment_step_px = 1.5;      ///< disparity change that still connects neighbours
   double border_step_px = 0.8;  ///< largest difference of a disparity at the edge of the view from those further inside
   int recovery_neighbours = 3;  ///< of a gap, that must agree on the disparity to be tried; 0: no recovery
   double recovery_min_ncc = 0.4;   ///< least NCC at the gap
   double recovery_step_px = 0.6;   ///< largest difference of the disparity found from that of the neighbours
   double surface_step_px = 2;      ///< neighbours that differ by more are of two surfaces; 0: no pixel chooses again
   std::int32_t gap_reach_px = 32;  ///< distance to the matches on both sides that support a gap; 0: none is supported
-  double gap_step_px = 1;          ///< largest difference of their disparities: no depth edge between them
-  std::int32_t gap_least_percent = 15;  ///< share of a gap that must be supported and confirmed, or all of it is empty
-  double smoothing_step_px = 2.5;       ///< neighbours that differ by more do not average; 0 turns averaging off
-  bool coarse_to_fine = true;           ///< search only where a map at a quarter of the resolution has the ground
-  std::int32_t search_margin_px = 5;    ///< added on either side for objects that are too small for the coarse map
-  double min_coarse_matched = 0.9;  ///< share of a tile that the coarse map must match, or the whole range is searched
+  bool coarse_to_fine = true;      ///< search only where a map at a quarter of the resolution has the ground
 };
 
 }  // namespace ilp

@@ -12,12 +12,17 @@ namespace ilp {
 namespace {
 
 constexpr std::int32_t samples_across = 16, samples_down = 12;
+// Of a match on textured ground, as the stereo matcher states it.
+constexpr double disparity_sigma_px = 0.1;
+// What ground that nobody has is worth, in halvings of its sigma.
+constexpr double new_ground_octaves = 4;
+constexpr double min_common = 0.3;
 constexpr auto samples = static_cast<std::size_t>(samples_across) * static_cast<std::size_t>(samples_down);
 
 /// The relative sigma of the distance of the point in direction `ray` of the first camera; 0 if the second one does not
 /// see it.
 double sigma_of_sample(const CameraModel& camera, const RigidTransform& second_from_first, double distance,
-                       const Vec2& ray, double disparity_sigma_px) {
+                       const Vec2& ray) {
   const Vec3 q = second_from_first * Vec3(distance * ray.x(), distance * ray.y(), distance);
   if (!(q.z() > 1e-6 * distance)) return 0;
   const Vec2 n(q.x() / q.z(), q.y() / q.z());
@@ -43,14 +48,14 @@ PairUtility pair_utility(const CameraModel& camera, const RigidTransform& second
       const std::int32_t x = (2 * column + 1) * camera.width / (2 * samples_across);
       const std::int32_t y = (2 * row + 1) * camera.height / (2 * samples_down);
       const Vec2 ray = normalised_from_pixel(camera, Vec2(x, y));
-      const double sigma = sigma_of_sample(camera, second_from_first, distance, ray, params.disparity_sigma_px);
+      const double sigma = sigma_of_sample(camera, second_from_first, distance, ray);
       if (!(sigma > 0)) continue;
       sigmas[common++] = sigma;
       if (sigma > params.largest_sigma) continue;
       const bool known = coverage.at(x, y);
       const std::uint8_t now = seen_quality(distance / camera.fx, sigma);
       if (known && at_least_as_well(coverage.seen.at(x, y), now, params.finer_steps)) continue;
-      utility += det_log(params.largest_sigma / sigma) / det_log(2) + (known ? 0 : params.new_ground_octaves);
+      utility += det_log(params.largest_sigma / sigma) / det_log(2) + (known ? 0 : new_ground_octaves);
     }
   }
   if (common == 0) return result;
@@ -58,7 +63,7 @@ PairUtility pair_utility(const CameraModel& camera, const RigidTransform& second
   std::nth_element(sigmas.begin(), middle, sigmas.begin() + static_cast<std::ptrdiff_t>(common));
   result.median_sigma = *middle;
   result.common = static_cast<double>(common) / static_cast<double>(samples);
-  result.utility = result.common < params.min_common ? 0 : utility / static_cast<double>(samples);
+  result.utility = result.common < min_common ? 0 : utility / static_cast<double>(samples);
   return result;
 }
 

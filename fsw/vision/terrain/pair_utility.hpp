@@ -10,11 +10,8 @@
 namespace ilp {
 
 struct PairUtilityParams {
-  double disparity_sigma_px = 0.1;  ///< of a match on textured ground, as the stereo matcher states it
-  double largest_sigma = 0.02;      ///< relative sigma above which a distance counts as not seen
-  std::int32_t finer_steps = 5;     ///< of at_least_as_well
-  double new_ground_octaves = 4;    ///< what ground that nobody has is worth, in halvings of its sigma
-  double min_common = 0.3;          ///< a pair with a smaller common share of the image is worth nothing
+  double largest_sigma = 0.02;   ///< relative sigma above which a distance counts as not seen
+  std::int32_t finer_steps = 5;  ///< of at_least_as_well
 };
 
 struct PairUtility {
@@ -28,7 +25,8 @@ struct PairUtility {
 
 /// The ground counts as a plane across the optical axis at `distance`. A point at relative sigma 1 would move by the
 /// parallax p = f |(t_x - x t_z, t_y - y t_z)| / z in the second image, with t the translation of `second_from_first`
-/// and (x, y, z) the point there; its relative sigma is disparity_sigma_px / p.
+/// and (x, y, z) the point there; its relative sigma is that of a disparity, 0.1 px, over p. A pair of which less
+/// than 0.3 of the image is common is worth nothing.
 [[nodiscard]] PairUtility pair_utility(const CameraModel& camera, const RigidTransform& second_from_first,
                                        double distance, const Coverage& coverage, const PairUtilityParams& params);
 

@@ -12,6 +12,8 @@ namespace {
 
 // Deviations below this share of a squashed cue's range are no novelty, however uniform the flight has been.
 constexpr double least_deviation = 0.05;
+// A smaller newly seen part has no cues: index 0.
+constexpr std::uint32_t least_seen_pixels = 256;
 constexpr std::uint32_t images_before_novelty = 3;
 constexpr std::size_t first_terrain_cue = 4;
 // An unknown terrain cue counts as on plain ground, because a failed match makes the ground no more interesting.
@@ -105,7 +107,7 @@ Result<bool> score_richness_slice(const CameraModel& camera, GrayView image, Ima
     ILP_TRY(check(camera, image, inverse_depth, sigma, mask, params, cues));
     const std::uint32_t inside = count_inside(mask);
     cues.mask_fraction = inside / static_cast<double>(mask.area());
-    if (inside < params.min_pixels) return false;
+    if (inside < least_seen_pixels) return false;
   }
   if (part < image_cue_parts) {
     measure_image_cues(part, image, mask, params.noise_grey, workspace, cues);

@@ -64,7 +64,6 @@ struct RichnessParams {
   CueScale novelty{1, 0.3};
   double noise_grey = 1.5;             ///< standard deviation of the sensor's noise
   std::uint32_t novelty_memory = 500;  ///< images: older ones fade from the flight's history
-  std::uint32_t min_pixels = 256;      ///< a smaller newly seen part has no cues: index 0
 };
 
 /// Running mean and variance of the squashed cues over the flight (B. P. Welford, 1962). When the flight has more

@@ -18,17 +18,6 @@ namespace ilp {
 /// the prediction of corners is not accurate enough.
 inline constexpr double weak_correlation = 0.6;
 
-struct FeatureOverlapParams {
-  std::int32_t corners = 1000;
-  double search_share = 0.35;     ///< how far a corner may have moved, as a share of the image's width
-  double plane_threshold_px = 6;  ///< wide, because relief bends the ground's plane
-  /// This many matches must agree on one plane. In unrelated images 2 to 3 % of the corners match by chance, and a
-  /// handful of these agree.
-  std::uint32_t min_inliers = 40;
-  double min_inlier_share = 0.25;
-  std::uint64_t seed = 1;
-};
-
 struct FeatureOverlapWorkspace {
   FeatureOverlapWorkspace() : harris() {}
 
@@ -45,8 +34,8 @@ struct FeatureOverlapWorkspace {
 };
 
 /// The verdict is ok, with overlap, `b_from_a` and the plane's homography, if enough matches agree on one plane; `ncc`
-/// is then their mean correlation. Otherwise the verdict is overlap_unknown.
-Status measure_overlap_by_features(GrayView image_a, GrayView image_b, const FeatureOverlapParams& params,
+/// is then their mean correlation. Otherwise the verdict is overlap_unknown. `seed`: of the search for the plane.
+Status measure_overlap_by_features(GrayView image_a, GrayView image_b, std::uint64_t seed,
                                    FeatureOverlapWorkspace& workspace, OverlapResult& result);
 
 }  // namespace ilp

@@ -36,6 +36,9 @@ constexpr std::uint32_t trials_of_a_slice = 32;
 // it odds of 20 where their own errors are 0.2 px.
 constexpr double min_log_odds_of_turn = 25;
 
+// Median without the rotation: with less, the baseline is unknown.
+constexpr double least_parallax_px = 1.5;
+
 /// Refines on all matches near the pose and scores the result. True when its score is better than `best`.
 bool refine_and_compare(const NormalisedPairs& pairs, const RansacParams& params, PairIndices& selected,
                         RigidTransform& pose, RansacScore& best) {
@@ -168,13 +171,13 @@ void explain_by_rotation(const RansacParams& params, TwoViewWorkspace& workspace
 TwoViewVerdict judge(const NormalisedPairs& inliers, const TwoViewResult& result, const RansacParams& params) {
   const Mat3 rotation = fit_rotation(inliers, params.threshold_px, result.b_from_a.rotation);
   const double gric_r = rotation_gric(inliers, rotation, sigma_of(params));
-  if (result.median_parallax_px < params.min_parallax_px || (gric_r <= result.gric_e && gric_r <= result.gric_h)) {
+  if (result.median_parallax_px < least_parallax_px || (gric_r <= result.gric_e && gric_r <= result.gric_h)) {
     return TwoViewVerdict::too_little_parallax;
   }
   // Points on a line fit any pose to within their noise, which then looks like information.
   const double min_spread_px = 4 * params.threshold_px;
   if (spread_across_line(inliers, false) < min_spread_px || spread_across_line(inliers, true) < min_spread_px ||
-      !(result.sigma_direction_rad <= params.max_sigma_direction_rad)) {
+      !(result.sigma_direction_rad <= largest_sigma_direction_rad)) {
     return TwoViewVerdict::ill_conditioned;
   }
   return result.gric_h < result.gric_e ? TwoViewVerdict::planar : TwoViewVerdict::ok;

@@ -27,6 +27,9 @@ struct TwoViewResult {
 
 struct TwoViewWorkspace;  // defined in two_view_workspace.hpp
 
+/// A pose of which the direction of translation is less sure is as good as unknown: 20 degrees, one sigma.
+inline constexpr double largest_sigma_direction_rad = 0.35;
+
 /// LO-RANSAC on five matches (five_point.hpp, ransac.hpp), refined on the inliers; gric.hpp compares the models.
 /// Matches that are not finite are outliers. `camera_a` and `camera_b` give the intrinsics of the ideal pixels. The
 /// result is the same for the same seed.

@@ -72,7 +72,8 @@ class Relating {
     thread_local const auto workspace = std::make_unique<PlaceMatchWorkspace>();
     thread_local PlaceMatch match;
     const std::vector<PlaceFeature>&a = scene.views[relation.a].features, &b = scene.views[relation.b].features;
-    const Status status = verify_place({a.data(), a.size()}, {b.data(), b.size()}, {}, *workspace, match);
+    const Status status =
+        verify_place({a.data(), a.size()}, {b.data(), b.size()}, least_place_evidence, *workspace, match);
     if (!status.ok() || match.verdict != PlaceVerdict::verified) return false;
     const Mat3 plane = matrix_of(match.plane_newer_from_older);
     if (!invertible(plane)) return false;

@@ -72,10 +72,9 @@ std::string asked_for(const CalibrationCheckRecord& check, const CameraRecord& c
 constexpr double weakly = 2;
 
 std::string contradiction(const CalibrationCheckRecord& check, const CameraRecord& camera) {
-  const CameraCheckParams limits;
-  const bool weak = check.statistic < weakly * limits.max_statistic;
+  const bool weak = check.statistic < weakly * max_camera_statistic;
   return std::string(weak ? " fit the camera not quite" : " contradict the camera") + ": their statistic is " +
-         host::brief(check.statistic) + ", above its limit of " + host::brief(limits.max_statistic) +
+         host::brief(check.statistic) + ", above its limit of " + host::brief(max_camera_statistic) +
          ". They ask for " + asked_for(check, camera) + ", which moves the cameras of six keyframes by " +
          host::brief(100 * check.cost) + " % of their extent. " +
          (weak ? "Likely are a camera that is a little off (focus, temperature), or relief and turns that the check "
@@ -84,7 +83,7 @@ std::string contradiction(const CalibrationCheckRecord& check, const CameraRecor
 }
 
 std::string no_lens(const CalibrationCheckRecord& check) {
-  const LensExcess excess = excess_of(check.statistic, check.spread, check.field, CameraCheckParams{});
+  const LensExcess excess = excess_of(check.statistic, check.spread, check.field);
   const bool by_windows = excess.of_spread >= excess.of_field, weak = excess.largest() < weakly;
   return std::string(weak ? " fit no lens quite" : " fit no lens") + ": what every lens leaves is " +
          host::brief(excess.largest()) + " times its limit (over " + host::counted(check.windows, "window") + "). " +

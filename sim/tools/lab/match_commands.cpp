@@ -64,10 +64,9 @@ Relation relate(const OverlapOptions& options, GrayView a, GrayView b, int repea
   };
   OverlapResult found;
   if (unknown() || (overlap.verdict == OverlapVerdict::ok && overlap.ncc < weak_correlation)) {
-    FeatureOverlapParams params;
-    params.seed = mix64(MissionParameters{}.seed) ^ 2U;  // of the second frame
+    const std::uint64_t seed = mix64(MissionParameters{}.seed) ^ 2U;  // of the second frame
     const auto features = std::make_unique<FeatureOverlapWorkspace>();
-    host::require(measure_overlap_by_features(a, b, params, *features, found),
+    host::require(measure_overlap_by_features(a, b, seed, *features, found),
                   "overlap by corners of " + pair_of(options));
     take(found, "features");
   }

@@ -12,6 +12,8 @@ namespace ilp {
 namespace {
 
 constexpr std::int32_t coarse_tile = search_tile / coarse_step;
+// Share of a tile that the coarse map must match, or the whole range is searched.
+constexpr double min_coarse_matched = 0.9;
 
 struct TileStatistics {
   float lowest_px = 0, highest_px = 0;  ///< disparity of the coarse map
@@ -87,20 +89,19 @@ SearchRun narrowed(const TileStatistics& tile, const DisparityRange& range, std:
   return run;
 }
 
-SearchRun run_of_tile(const CoarseMap& coarse, std::int32_t column, std::int32_t band, const DisparityRange& range,
-                      const StereoParams& params) {
+SearchRun run_of_tile(const CoarseMap& coarse, std::int32_t column, std::int32_t band, const DisparityRange& range) {
   TileStatistics tile;
   const SearchRun everything{0, 0, 0, whole_blocks(range.count())};
   if (!find_extent(coarse, tile_window(coarse, column, band, coarse_tile / 2), tile)) return everything;
   count_matched(coarse, tile_window(coarse, column, band, 0), tile);
-  if (tile.matched == 0 || tile.matched < params.min_coarse_matched * tile.visible) return everything;
-  return narrowed(tile, range, params.search_margin_px);
+  if (tile.matched == 0 || tile.matched < min_coarse_matched * tile.visible) return everything;
+  return narrowed(tile, range, search_margin_px);
 }
 
 void find_search(const CoarseMap& coarse, std::int32_t width, std::int32_t band, const DisparityRange& range,
-                 const StereoParams& params, SearchRow& row) {
+                 SearchRow& row) {
   for (std::int32_t column = 0; column * search_tile < width; ++column) {
-    SearchRun run = run_of_tile(coarse, column, band, range, params);
+    SearchRun run = run_of_tile(coarse, column, band, range);
     run.begin = column * search_tile;
     run.end = std::min(run.begin + search_tile, width);
     SearchRun* last = row.size > 0 ? &row.runs[static_cast<std::size_t>(row.size - 1)] : nullptr;
@@ -125,10 +126,9 @@ SearchRow search_everything(std::int32_t width, std::int32_t padded_disparities)
   return row;
 }
 
-SearchRow search_of_band(const CoarseMap& coarse, std::int32_t width, std::int32_t band, const DisparityRange& range,
-                         const StereoParams& params) {
+SearchRow search_of_band(const CoarseMap& coarse, std::int32_t width, std::int32_t band, const DisparityRange& range) {
   SearchRow row;
-  with_widest_vectors([&] { find_search(coarse, width, band, range, params, row); });
+  with_widest_vectors([&] { find_search(coarse, width, band, range, row); });
   return row;
 }
 

@@ -9,7 +9,6 @@
 #include "cfg/limits.hpp"
 #include "fsw/base/image_view.hpp"
 #include "fsw/vision/stereo/disparity_range.hpp"
-#include "fsw/vision/stereo/stereo_params.hpp"
 
 namespace ilp {
 
@@ -66,11 +65,14 @@ struct CoarseMap {
   MaskView left_valid;
 };
 
+/// Added to the range of a tile on either side, for objects that are too small for the coarse map.
+inline constexpr std::int32_t search_margin_px = 5;
+
 /// What rows `band * search_tile` and the following search: in each tile the disparities that the coarse map has there
-/// and up to half a tile around it, and `params.search_margin_px` more at both ends. Tiles of which the coarse map
-/// could not match `params.min_coarse_matched` search the whole range. A pixel that the other image does not show at
+/// and up to half a tile around it, and search_margin_px more at both ends. Tiles of which the coarse map
+/// could not match nine tenths search the whole range. A pixel that the other image does not show at
 /// any of the tile's disparities does not count as unmatched. `width`: of the full resolution.
 [[nodiscard]] SearchRow search_of_band(const CoarseMap& coarse, std::int32_t width, std::int32_t band,
-                                       const DisparityRange& range, const StereoParams& params);
+                                       const DisparityRange& range);
 
 }  // namespace ilp

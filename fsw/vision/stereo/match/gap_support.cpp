@@ -27,6 +27,10 @@ constexpr float plane_sigma_px = 0.2F, sigma_per_px = 0.005F;
 constexpr float disagreement_share = 0.35F;
 // Where one direction only has matches on both sides, nothing confirms its plane.
 constexpr float lonely_sigma_px = 0.3F;
+// Largest difference of the disparities on both sides: no depth edge between them.
+constexpr float gap_step_px = 1;
+// Share of a gap that must be supported and confirmed, or all of it is empty.
+constexpr std::int32_t gap_least_percent = 15;
 
 constexpr std::array<std::int32_t, 3> steps_x = {0, 1, -1};
 
@@ -49,7 +53,7 @@ void consider(const Sides& sides, const StereoParams& params, PlanesAcross& plan
   const std::int32_t reach = params.gap_reach_px;
   if (sides.before < 1 || sides.after < 1 || sides.before > reach || sides.after > reach) return;
   const float difference = sides.before_px - sides.after_px;
-  if (std::fabs(difference) > static_cast<float>(params.gap_step_px)) return;
+  if (std::fabs(difference) > gap_step_px) return;
   const std::int32_t length = sides.before + sides.after;
   const auto towards_after = static_cast<float>(sides.before) / static_cast<float>(length);
   const float disparity = sides.before_px - towards_after * difference;
@@ -307,8 +311,7 @@ void propose_gap_row(const NccRows& rows, const StereoParams& params, std::int32
 
 namespace {
 
-void connect_gaps(MaskView left_valid, const DisparityView& map, std::int32_t y, const StereoParams& params,
-                  PixelForest& workspace) {
+void connect_gaps(MaskView left_valid, const DisparityView& map, std::int32_t y, PixelForest& workspace) {
   std::int32_t* links = workspace.links.data();
   const std::int32_t width = map.sigma_px.width;
   const std::int32_t row = y * width;
@@ -321,7 +324,7 @@ void connect_gaps(MaskView left_valid, const DisparityView& map, std::int32_t y,
       proposed += map.kind.at(end, y) == DisparityKind::supported ? 1 : 0;
       links[row + end] = row + begin;
     }
-    links[row + begin] = -(sum_offset + 100 * proposed - params.gap_least_percent * (end - begin));
+    links[row + begin] = -(sum_offset + 100 * proposed - gap_least_percent * (end - begin));
     if (y == 0) return;
     bool joined = false;
     for (std::int32_t x = begin; x < end; ++x) {
@@ -345,9 +348,8 @@ void accept_gaps(const DisparityView& map, std::int32_t y, PixelForest& workspac
 
 }  // namespace
 
-void connect_gap_row(MaskView left_valid, const DisparityView& map, std::int32_t y, const StereoParams& params,
-                     PixelForest& workspace) {
-  with_widest_vectors([&] { connect_gaps(left_valid, map, y, params, workspace); });
+void connect_gap_row(MaskView left_valid, const DisparityView& map, std::int32_t y, PixelForest& workspace) {
+  with_widest_vectors([&] { connect_gaps(left_valid, map, y, workspace); });
 }
 
 void accept_gap_row(const DisparityView& map, std::int32_t y, PixelForest& workspace) {

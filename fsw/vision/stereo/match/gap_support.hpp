@@ -43,11 +43,10 @@ void propose_gap_row(const NccRows& rows, const StereoParams& params, std::int32
                      GapWorkspace& workspace);
 
 /// Joins the gap pixels of row `y` to their left and upper neighbours. Rows come in order, after their proposals.
-void connect_gap_row(MaskView left_valid, const DisparityView& map, std::int32_t y, const StereoParams& params,
-                     PixelForest& workspace);
+void connect_gap_row(MaskView left_valid, const DisparityView& map, std::int32_t y, PixelForest& workspace);
 
 /// After all rows are connected: takes the proposals of row `y` back where fewer of their gap have one than
-/// `params.gap_least_percent`, and a few by chance.
+/// 15 %, and a few by chance.
 void accept_gap_row(const DisparityView& map, std::int32_t y, PixelForest& workspace);
 
 }  // namespace ilp

@@ -11,20 +11,22 @@ namespace {
 
 bool sensible(const StereoParams& p) {
   return p.window_radius >= 1 && p.window_radius <= max_window_radius && p.noise_grey > 0 && p.noise_grey < 256 &&
-         p.min_ncc > 0 && p.min_ncc < 1 && p.edge_grey >= 1 && p.uniqueness_permille >= 0 &&
-         p.uniqueness_permille < 1000 && p.min_texture_grey >= 0 && p.segment_step_px >= 0 &&
-         p.smoothing_step_px >= 0 && p.border_step_px >= 0 && p.recovery_step_px >= 0 && p.out_of_view_cost >= 0 &&
-         p.out_of_view_cost <= max_matching_cost && p.occlusion_cost >= 1 && p.occlusion_cost <= max_matching_cost &&
-         p.surface_step_px >= 0 && p.surface_step_px < limits::max_rectified_width && p.gap_reach_px >= 0 &&
-         p.gap_step_px >= 0 && p.gap_least_percent >= 0 && p.gap_least_percent <= 100 && p.recovery_neighbours >= 0 &&
-         p.recovery_neighbours <= 8 && p.recovery_min_ncc > 0 && p.recovery_min_ncc < 1 && p.search_margin_px >= 0 &&
-         p.search_margin_px <= limits::max_disparities && p.min_coarse_matched >= 0 && p.min_coarse_matched <= 1;
+         p.min_ncc > 0 && p.min_ncc < 1 && p.uniqueness_permille >= 0 && p.uniqueness_permille < 1000 &&
+         p.min_texture_grey >= 0 && p.border_step_px >= 0 && p.recovery_step_px >= 0 && p.surface_step_px >= 0 &&
+         p.surface_step_px < limits::max_rectified_width && p.gap_reach_px >= 0 && p.recovery_neighbours >= 0 &&
+         p.recovery_neighbours <= 8 && p.recovery_min_ncc > 0 && p.recovery_min_ncc < 1;
 }
 
 // A shorter range saves less than the coarse map costs.
 constexpr std::int32_t min_narrowed_disparities = 2 * disparity_block + 1;
 // Small things fill a small window only.
 constexpr int coarse_window_radius = 1;
+// Of a match outside the other image: between a right and a chance match.
+constexpr int out_of_view_cost = 30;
+// Change of the disparity that still connects neighbours.
+constexpr float segment_step_px = 1.5F;
+// Neighbours that differ by more do not average.
+constexpr float smoothing_step_px = 2.5F;
 // A smaller image has no room for a window and its support.
 constexpr std::int32_t min_narrowed_side = 2 * search_tile;
 
@@ -38,7 +40,7 @@ NccRows make_rows(const StereoPairView& pair, const DisparityRange& range, const
   rows.padded_disparities = whole_blocks(range.count());
   rows.radius = params.window_radius;
   const auto side = static_cast<double>(2 * params.window_radius + 1);
-  rows.out_of_view_cost = params.out_of_view_cost;
+  rows.out_of_view_cost = out_of_view_cost;
   rows.damping = static_cast<float>(side * side * params.noise_grey * params.noise_grey);
   return rows;
 }
@@ -156,8 +158,7 @@ void StereoMatcher::finish_row(const NccRows& rows, std::int32_t y, const Dispar
   if (params_.matcher == StereoMatcherChoice::semi_global && params_.keep_order) {
     keep_ordered_row(rows.left.width, disparity, sigma, w.matcher.semi_global.ordering);
   }
-  connect_segments_row(result.disparity_px, result.sigma_px, y, static_cast<float>(params_.segment_step_px),
-                       w.segments);
+  connect_segments_row(result.disparity_px, result.sigma_px, y, segment_step_px, w.segments);
 }
 
 void StereoMatcher::filter_row(std::int32_t y) {
@@ -179,7 +180,7 @@ void StereoMatcher::filter_row(std::int32_t y) {
   decide_edges_row(rows_, params_, recovered, result_, workspace_->edges);
   const std::int32_t decided = recovered - edge_reach;
   if (decided < 0) return;
-  smooth_row(result_, decided, static_cast<float>(params_.smoothing_step_px), workspace_->smoothing);
+  smooth_row(result_, decided, smoothing_step_px, workspace_->smoothing);
   const std::int32_t smoothed = decided - smoothing_radius;
   if (smoothed < 0) return;
   if (params_.matcher == StereoMatcherChoice::ordered_scanline) {
@@ -227,9 +228,8 @@ void StereoMatcher::do_row() {
       return remove_small_segments_row(coarse_result_.sigma_px, row_,
                                        params_.min_segment_px / (coarse_step * coarse_step), w.segments);
     case Phase::narrow:
-      w.search[static_cast<std::size_t>(row_)] =
-          search_of_band({coarse_result_.disparity_px, coarse_result_.sigma_px, coarse_.left_valid}, rows_.left.width,
-                         row_, range_, params_);
+      w.search[static_cast<std::size_t>(row_)] = search_of_band(
+          {coarse_result_.disparity_px, coarse_result_.sigma_px, coarse_.left_valid}, rows_.left.width, row_, range_);
       return;
     case Phase::match:
       return match_row(rows_, w.search[static_cast<std::size_t>(row_ / search_tile)], range_, result_);
@@ -239,7 +239,7 @@ void StereoMatcher::do_row() {
       if (row_ == 0) begin_gaps(w.gaps);
       return propose_gap_row(rows_, params_, row_, result_, w.gaps);
     case Phase::connect:
-      return connect_gap_row(rows_.left_valid, result_, row_, params_, w.segments);
+      return connect_gap_row(rows_.left_valid, result_, row_, w.segments);
     case Phase::accept:
       return accept_gap_row(result_, row_, w.segments);
     case Phase::done:

@@ -151,8 +151,8 @@ void find_ordered_rows(const SearchRow& search, std::int32_t padded, const Stere
                        RowWinner* const* winners) {
   Rows rows{padded,
             lanes,
-            static_cast<std::int16_t>(units(params.occlusion_cost) * 3 / 4),
-            every(units(params.occlusion_cost)),
+            static_cast<std::int16_t>(units(occlusion_cost) * 3 / 4),
+            every(units(occlusion_cost)),
             every(uniqueness_lead(params)),
             {},
             {},

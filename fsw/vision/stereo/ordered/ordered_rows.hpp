@@ -22,9 +22,12 @@ struct OrderedWorkspace {
   Column total;    ///< the cheapest path through each match of a column
 };
 
+/// Cost of a pixel without a match, of max_matching_cost: two make a chance match.
+inline constexpr int occlusion_cost = 24;
+
 /// Finds for each of `lanes` rows (1 to row_lanes) the path with the lowest cost through the grid of left and right
 /// pixels. Each step of a path matches the next pixels of both images, or declares the next pixel of one of them
-/// occluded, which costs `params.occlusion_cost`. So no path breaks the order or uses a pixel twice, and both images
+/// occluded, which costs `occlusion_cost`. So no path breaks the order or uses a pixel twice, and both images
 /// have the same part in it. `ncc[row]` is that of compute_ncc_row over the disparities of `search`.
 /// `winners[row][x].unique` is true where left pixel x is matched, and any path that matches it elsewhere, by more than
 /// one disparity, costs at least `params.uniqueness_permille` of max_ordered_cost more for each column of a window.

@@ -17,7 +17,7 @@ enum Path : int { from_left, from_above_left, from_above, from_above_right, from
 
 // The lowest previous cost may be of a disparity that is not searched here. Then all costs are higher than this, and
 // this value can be subtracted instead.
-constexpr std::uint8_t max_lowest = 255 - max_large_step;
+constexpr std::uint8_t max_lowest = 255 - large_step_penalty;
 static_assert(max_lowest >= max_matching_cost);
 
 U8 every(int value) {
@@ -72,7 +72,7 @@ struct RowPaths {
   const std::uint8_t* cost;
   PathWorkspace& w;
 
-  [[nodiscard]] std::uint8_t guard() const { return static_cast<std::uint8_t>(255 - penalties.small_step); }
+  [[nodiscard]] std::uint8_t guard() const { return static_cast<std::uint8_t>(255 - small_step_penalty); }
   /// The place of the path along the row at column x; disparities outside the run become guards.
   [[nodiscard]] std::uint8_t* along(std::int32_t x, bool first_of_run) const {
     auto& row = w.along[x & 1];
@@ -151,12 +151,11 @@ void start(std::int32_t width, std::int32_t padded, std::uint8_t guard, PathWork
 
 PathPenalties make_path_penalties(const StereoParams& params) {
   PathPenalties penalties;
-  penalties.small_step = std::clamp(params.small_step_penalty, 0, max_small_step);
-  const int most = std::clamp(params.large_step_penalty, penalties.small_step, max_large_step);
-  const int least = std::clamp(params.min_large_step_penalty, penalties.small_step, most);
+  constexpr int edge_grey = 4;  // difference from which a large step becomes cheaper
+  const int least = std::clamp(params.min_large_step_penalty, small_step_penalty, large_step_penalty);
   for (int grey = 0; grey < 256; ++grey) {
     // Inverse to the gradient beyond edge_grey, as a depth edge is usually an image edge.
-    const int penalty = grey <= params.edge_grey ? most : most * params.edge_grey / grey;
+    const int penalty = grey <= edge_grey ? large_step_penalty : large_step_penalty * edge_grey / grey;
     std::fill_n(penalties.large_step.begin() + std::ptrdiff_t{grey} * large_step_copies, large_step_copies,
                 static_cast<std::uint8_t>(std::max(least, penalty)));
   }

@@ -18,12 +18,12 @@ inline constexpr std::size_t max_path_columns = static_cast<std::size_t>(limits:
 inline constexpr std::size_t max_path_row = max_path_columns * max_path_stride + path_guard;
 
 inline constexpr int aggregated_paths = 5;
-inline constexpr int max_small_step = 31;
-/// A path costs at most the matching cost and a large step: with max_small_step on top it stays in a byte, and the sum
-/// of all paths in ten bits.
-inline constexpr int max_large_step = 140;
-inline constexpr int max_path_sum = aggregated_paths * (max_matching_cost + max_large_step);
-static_assert(max_matching_cost + max_large_step + max_small_step <= 255);
+/// Cost of a change by one px, as on slanted ground, and of any larger change where the image is smooth. A path costs
+/// at most the matching cost and a large step: with a small one on top it stays in a byte, and the sum of all paths in
+/// ten bits.
+inline constexpr int small_step_penalty = 10, large_step_penalty = 140;
+inline constexpr int max_path_sum = aggregated_paths * (max_matching_cost + large_step_penalty);
+static_assert(max_matching_cost + large_step_penalty + small_step_penalty <= 255);
 static_assert(max_path_sum < 1023);
 /// Higher than any sum.
 inline constexpr std::int16_t excluded_sum = max_path_sum + 1;
@@ -48,7 +48,6 @@ struct PathWorkspace {
 
 inline constexpr std::size_t large_step_copies = 4;
 struct PathPenalties {
-  std::int32_t small_step = 0;
   /// By grey difference of the two pixels, large_step_copies times each.
   alignas(64) std::array<std::uint8_t, std::size_t{256} * large_step_copies> large_step{};
 };

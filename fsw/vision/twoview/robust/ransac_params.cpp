@@ -13,9 +13,6 @@ Status validate(const RansacParams& params) {
   if (params.max_trials == 0 || params.max_trials > limits::max_ransac_trials) {
     return out_of_range(Argument::ransac_trials, params.max_trials);
   }
-  if (!(params.min_parallax_px >= 0)) return out_of_range(Argument::min_parallax, params.min_parallax_px);
-  if (!(params.max_sigma_direction_rad > 0))
-    return out_of_range(Argument::max_sigma_direction, params.max_sigma_direction_rad);
   return {};
 }
 

@@ -12,9 +12,7 @@ struct RansacParams {
   double confidence = 0.9999;       ///< probability that one sample was free of outliers
   std::uint32_t max_trials = 1000;  ///< at most limits::max_ransac_trials
   std::uint32_t min_inliers = 20;
-  std::uint64_t seed = 1;                 ///< made from record ids
-  double min_parallax_px = 1.5;           ///< median without the rotation: with less, the baseline is unknown
-  double max_sigma_direction_rad = 0.35;  ///< 20 degrees: with more, the direction is as good as unknown
+  std::uint64_t seed = 1;  ///< made from record ids
 };
 
 /// `invalid_argument` with the name of the field that is out of range or not finite.

@@ -14,8 +14,6 @@
 namespace ilp::test {
 namespace {
 
-constexpr CameraCheckParams params;
-
 CameraModel lens_of(const CameraModel& ideal) {
   CameraModel out = ideal;
   out.k1 = -0.08;
@@ -61,12 +59,12 @@ class CameraCheckTest : public ::testing::Test {
  protected:
   void add(WrongFlight& wrong, CameraEvidence& evidence, std::uint32_t steps = ReductionParams{}.steps) {
     EXPECT_TRUE(wrong.window.ok());
-    const ReductionParams reduction{.error_factor = params.error_factor, .steps = steps};
+    const ReductionParams reduction{.steps = steps};
     IntrinsicsEquations equations;
     EXPECT_TRUE(
         reduce_to_intrinsics(wrong.given, reduction, wrong.window.problem(), *workspace_, equations, evidence.field)
             .ok());
-    add_window(equations, params, evidence);
+    add_window(equations, evidence);
   }
   CameraModel add(const FlightScene& scene, const CameraUnknowns& error, CameraEvidence& evidence) {
     WrongFlight wrong(scene, error);
@@ -76,7 +74,7 @@ class CameraCheckTest : public ::testing::Test {
   CameraCheck check(const FlightScene& scene, const CameraUnknowns& error) {
     CameraEvidence evidence;
     const CameraModel given = add(scene, error, evidence);
-    return judge(evidence, given, params);
+    return judge(evidence, given);
   }
 
   std::unique_ptr<IntrinsicsWorkspace> workspace_ = std::make_unique<IntrinsicsWorkspace>();
@@ -132,8 +130,7 @@ TEST_F(CameraCheckTest, TheCostIsHowFarTheWrongLensBendsTheTrack) {
       WrongFlight wrong(scene, error);
       CameraEvidence evidence;
       add(wrong, evidence, 5);
-      const double bend = bend_of(wrong.window.problem(), wrong.flight),
-                   cost = judge(evidence, wrong.given, params).cost;
+      const double bend = bend_of(wrong.window.problem(), wrong.flight), cost = judge(evidence, wrong.given).cost;
       EXPECT_NEAR(cost, bend, 0.25 * bend + 2e-5) << seed << " " << error[0] << " " << error[3];
     }
   }
@@ -142,9 +139,9 @@ TEST_F(CameraCheckTest, TheCostIsHowFarTheWrongLensBendsTheTrack) {
 TEST_F(CameraCheckTest, EvidenceThatIsNoNumberDoesNotFit) {
   CameraEvidence evidence;
   const CameraModel given = add(scene_of(3961), {}, evidence);
-  ASSERT_EQ(judge(evidence, given, params).verdict, CameraCheckVerdict::fits);
+  ASSERT_EQ(judge(evidence, given).verdict, CameraCheckVerdict::fits);
   evidence.information[0] = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(judge(evidence, given, params).verdict, CameraCheckVerdict::unexplained);
+  EXPECT_EQ(judge(evidence, given).verdict, CameraCheckVerdict::unexplained);
 }
 
 TEST_F(CameraCheckTest, WindowsAddUp) {
@@ -152,14 +149,14 @@ TEST_F(CameraCheckTest, WindowsAddUp) {
   double before = 0;
   for (unsigned window = 0; window < 4; ++window) {
     const CameraModel given = add(scene_of(3301 + window), {0, 0, 0, 0.01, 0, 0, 0}, evidence);
-    const CameraCheck said = judge(evidence, given, params);
+    const CameraCheck said = judge(evidence, given);
     EXPECT_GT(said.statistic, before);
     before = said.statistic;
-    EXPECT_LT(said.spread, params.max_spread);
+    EXPECT_LT(said.spread, max_camera_spread);
     EXPECT_EQ(said.verdict,
-              said.statistic > params.max_statistic ? CameraCheckVerdict::contradicts : CameraCheckVerdict::fits);
+              said.statistic > max_camera_statistic ? CameraCheckVerdict::contradicts : CameraCheckVerdict::fits);
   }
-  EXPECT_GT(before, params.max_statistic);
+  EXPECT_GT(before, max_camera_statistic);
 }
 
 // A zoom, or what a rolling shutter does: no one lens explains the windows.
@@ -169,9 +166,9 @@ TEST_F(CameraCheckTest, WindowsThatAskForDifferentLensesAreUnexplained) {
   for (unsigned window = 0; window < 4; ++window) {
     given = add(scene_of(3401 + window), {0, 0, 0, window % 2 == 0 ? 0.03 : -0.03, 0, 0, 0}, evidence);
   }
-  const CameraCheck said = judge(evidence, given, params);
+  const CameraCheck said = judge(evidence, given);
   EXPECT_EQ(said.verdict, CameraCheckVerdict::unexplained);
-  EXPECT_GT(said.spread, params.max_spread);
+  EXPECT_GT(said.spread, max_camera_spread);
 }
 
 // A camera that moves straight over a plane bends it: the images fit any radial distortion.
@@ -199,12 +196,11 @@ TEST_F(CameraCheckTest, FewPointsOrCamerasSayNothingAndBadWindowsAreRefused) {
   const SyntheticFlight flight(scene_of(3701));
   const PosedWindow window(flight, flight.camera);
   CameraEvidence evidence;
-  EXPECT_EQ(judge(evidence, flight.camera, params).verdict, CameraCheckVerdict::nothing_seen);
+  EXPECT_EQ(judge(evidence, flight.camera).verdict, CameraCheckVerdict::nothing_seen);
   auto problem = std::make_unique<BundleProblem>(window.problem());
   IntrinsicsEquations equations;
   const auto reduce = [&](const CameraModel& camera) {
-    return reduce_to_intrinsics(camera, ReductionParams{.error_factor = params.error_factor}, *problem, *workspace_,
-                                equations, evidence.field);
+    return reduce_to_intrinsics(camera, ReductionParams{}, *problem, *workspace_, equations, evidence.field);
   };
   problem->observations[7].point = static_cast<std::uint16_t>(problem->points.size());
   EXPECT_TRUE(reduce(flight.camera).is(StatusCode::invalid_argument));
@@ -219,7 +215,7 @@ TEST_F(CameraCheckTest, FewPointsOrCamerasSayNothingAndBadWindowsAreRefused) {
   static_cast<void>(problem->cameras.resize(2));
   EXPECT_TRUE(reduce(flight.camera).ok());
   EXPECT_EQ(equations.points, 0U);
-  add_window(equations, params, evidence);
+  add_window(equations, evidence);
   EXPECT_EQ(evidence.windows, 0U);
 }
 

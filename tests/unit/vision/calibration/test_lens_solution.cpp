@@ -15,7 +15,6 @@
 namespace ilp::test {
 namespace {
 
-constexpr CameraCheckParams params;
 constexpr double focal_sigma = 0.1;
 
 FlightScene scene_of(unsigned seed) {
@@ -48,10 +47,10 @@ class LensSolutionTest : public ::testing::Test {
       PosedWindow window_of(flight, given);
       EXPECT_TRUE(window_of.ok());
       IntrinsicsEquations equations;
-      EXPECT_TRUE(reduce_to_intrinsics(given, ReductionParams{.error_factor = params.error_factor}, window_of.problem(),
-                                       *workspace_, equations, evidence.field)
-                      .ok());
-      add_window(equations, params, evidence);
+      EXPECT_TRUE(
+          reduce_to_intrinsics(given, ReductionParams{}, window_of.problem(), *workspace_, equations, evidence.field)
+              .ok());
+      add_window(equations, evidence);
     }
     return evidence;
   }
@@ -92,8 +91,8 @@ TEST_F(LensSolutionTest, StepsReachTheTrueLens) {
     LensStep step;
     for (int round = 0; round < 12; ++round) {
       const CameraEvidence evidence = evidence_of(seed, lens, now);
-      const CameraCheck check = judge(evidence, now, params);
-      step = step_towards_lens(evidence, now, prior, check.spread > params.max_spread ? check.spread : 1);
+      const CameraCheck check = judge(evidence, now);
+      step = step_towards_lens(evidence, now, prior, check.spread > max_camera_spread ? check.spread : 1);
       now = step.camera;
     }
     EXPECT_FALSE(step.shortened) << seed;
@@ -154,9 +153,9 @@ CameraEvidence evidence_of_rows(unsigned seed, const CameraModel& lens, const Ca
     PosedWindow window_of(flight, now);
     EXPECT_TRUE(window_of.ok());
     IntrinsicsEquations equations;
-    const ReductionParams reduction{.error_factor = params.error_factor, .steps = 5, .motion = &motion};
+    const ReductionParams reduction{.steps = 5, .motion = &motion};
     EXPECT_TRUE(reduce_to_intrinsics(now, reduction, window_of.problem(), workspace, equations, evidence.field).ok());
-    add_window(equations, params, evidence);
+    add_window(equations, evidence);
   }
   return evidence;
 }
@@ -201,13 +200,13 @@ TEST_F(LensSolutionTest, AnErrorOfTheMotionIsNoErrorOfTheLens) {
   lens.readout_s = 0.03;
   for (unsigned seed = 4501; seed <= 4531; seed += 10) {
     const MotionError reported{.error = 20, .sigma = 20}, untold{.error = 20};
-    const CameraCheck fits = judge(evidence_of_rows(seed, lens, lens, lens, *workspace_, reported), lens, params);
+    const CameraCheck fits = judge(evidence_of_rows(seed, lens, lens, lens, *workspace_, reported), lens);
     EXPECT_EQ(fits.verdict, CameraCheckVerdict::fits) << seed << " " << fits.statistic << " " << fits.spread;
-    const CameraCheck accused = judge(evidence_of_rows(seed, lens, lens, lens, *workspace_, untold), lens, params);
+    const CameraCheck accused = judge(evidence_of_rows(seed, lens, lens, lens, *workspace_, untold), lens);
     EXPECT_NE(accused.verdict, CameraCheckVerdict::fits) << seed;
     CameraModel wrong = lens;
     wrong.k1 += 0.03;
-    const CameraCheck noticed = judge(evidence_of_rows(seed, lens, wrong, wrong, *workspace_, reported), wrong, params);
+    const CameraCheck noticed = judge(evidence_of_rows(seed, lens, wrong, wrong, *workspace_, reported), wrong);
     EXPECT_EQ(noticed.verdict, CameraCheckVerdict::contradicts) << seed << " " << noticed.statistic;
   }
 }
@@ -256,11 +255,10 @@ TEST_F(LensSolutionTest, HeightsBesidePlacesLeadToTheFocalLengthInOneStep) {
       const MeasuredByVehicle measured(flight);
       CameraEvidence evidence;
       IntrinsicsEquations equations;
-      const ReductionParams reduction{
-          .error_factor = params.error_factor, .steps = 5, .places = &measured.places, .heights = &measured.heights};
+      const ReductionParams reduction{.steps = 5, .places = &measured.places, .heights = &measured.heights};
       ASSERT_TRUE(
           reduce_to_intrinsics(given, reduction, window.problem(), *workspace_, equations, evidence.field).ok());
-      add_window(equations, params, evidence);
+      add_window(equations, evidence);
       const LensStep step = step_towards_lens(evidence, given, prior_of(given, {.focal_sigma = focal_sigma}), 1);
       EXPECT_LT(step.sigmas[0], 0.004 * lens.fx) << seed << " " << error;
       EXPECT_NEAR(step.camera.fx, lens.fx, 0.1 * std::abs(error) * lens.fx) << seed << " " << error;

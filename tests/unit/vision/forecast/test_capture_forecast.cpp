@@ -42,6 +42,8 @@ Similarity2 similarity(const View& from, const View& to) {
   return {s, r, cx + d_x - (c * cx - n * cy), cy + d_y - (n * cx + c * cy)};
 }
 
+constexpr double target_overlap = 0.82;
+
 /// What the flight asks for, as one answer.
 struct Forecast {
   bool known = false;
@@ -50,9 +52,9 @@ struct Forecast {
   bool reached = false;
 };
 
-Forecast forecast_capture(const ApparentPath& path, TimeNs earliest, TimeNs latest, const ForecastParams& params = {}) {
+Forecast forecast_capture(const ApparentPath& path, TimeNs earliest, TimeNs latest) {
   static MotionForecast motion;
-  motion.fit(width, height, path, params);
+  motion.fit(width, height, path, target_overlap);
   Forecast forecast{.known = motion.known()};
   if (!forecast.known) return forecast;
   forecast.time_ns = motion.time_of_target(earliest, latest);
@@ -60,7 +62,7 @@ Forecast forecast_capture(const ApparentPath& path, TimeNs earliest, TimeNs late
   forecast.overlap = expected.overlap;
   forecast.sigma = expected.sigma;
   forecast.speed_px_s = motion.speed_px_s();
-  forecast.reached = expected.overlap <= params.target_overlap + 1e-4;
+  forecast.reached = expected.overlap <= target_overlap + 1e-4;
   return forecast;
 }
 
@@ -225,7 +227,7 @@ struct GustyFlight {
   double mean = 0, deviation = 0, inside_two_sigma = 0;
 };
 
-GustyFlight fly_in_gusts(double deviation, double lasting_s, const ForecastParams& params) {
+GustyFlight fly_in_gusts(double deviation, double lasting_s) {
   double sum = 0, squares = 0, inside = 0;
   int n = 0;
   for (unsigned seed = 0; seed < 8; ++seed) {
@@ -235,7 +237,7 @@ GustyFlight fly_in_gusts(double deviation, double lasting_s, const ForecastParam
     View keyframe = wind.at(0);
     TimeNs now = 0;
     for (int k = 0; k < 60; ++k) {
-      Forecast forecast = forecast_capture(path, now + at_s(0.5), now + at_s(30), params);
+      Forecast forecast = forecast_capture(path, now + at_s(0.5), now + at_s(30));
       if (!forecast.known) forecast.time_ns = now + at_s(4);
       const View view = wind.at(1e-9 * static_cast<double>(forecast.time_ns));
       const double achieved = overlap(keyframe, view);
@@ -260,7 +262,7 @@ GustyFlight fly_in_gusts(double deviation, double lasting_s, const ForecastParam
 TEST(CaptureForecast, InGustsTheOverlapStaysNearItsTargetAndTheErrorBarIsHonest) {
   // Gusts of a tenth of the wind, lasting from seconds to half a minute.
   for (const double lasting_s : {3.0, 10.0, 30.0}) {
-    const GustyFlight flight = fly_in_gusts(0.1 * 13.75, lasting_s, {});
+    const GustyFlight flight = fly_in_gusts(0.1 * 13.75, lasting_s);
     EXPECT_LT(flight.deviation, 0.02) << lasting_s;
     EXPECT_LT(std::fabs(flight.mean), 0.005) << lasting_s;
     EXPECT_GT(flight.inside_two_sigma, 0.9) << lasting_s;

@@ -28,7 +28,7 @@ inline std::span<const PlaceFeature> all(const PlaceFeatures& features) {
 inline PlaceMatch verify(const PlaceFeatures& older, const PlaceFeatures& newer) {
   static const auto workspace = std::make_unique<PlaceMatchWorkspace>();
   PlaceMatch match;
-  EXPECT_TRUE(verify_place(all(older), all(newer), {}, *workspace, match).ok());
+  EXPECT_TRUE(verify_place(all(older), all(newer), least_place_evidence, *workspace, match).ok());
   return match;
 }
 

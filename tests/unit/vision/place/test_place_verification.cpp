@@ -191,10 +191,11 @@ TEST(PlaceVerification, TooFewFeaturesAreToldAndTooManyRefused) {
   const std::vector<PlaceFeature> many(limits::max_place_features + 1);
   const auto workspace = std::make_unique<PlaceMatchWorkspace>();
   PlaceMatch match;
-  EXPECT_TRUE(verify_place(many, test::all(a), {}, *workspace, match).is(StatusCode::invalid_argument));
+  EXPECT_TRUE(
+      verify_place(many, test::all(a), least_place_evidence, *workspace, match).is(StatusCode::invalid_argument));
   // All descriptors alike: everything matches, so that nothing does.
   const std::vector<PlaceFeature> same(limits::max_place_features);
-  ASSERT_TRUE(verify_place(same, same, {}, *workspace, match).ok());
+  ASSERT_TRUE(verify_place(same, same, least_place_evidence, *workspace, match).ok());
   EXPECT_NE(match.verdict, PlaceVerdict::verified);
 }
 

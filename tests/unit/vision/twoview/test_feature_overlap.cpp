@@ -24,7 +24,7 @@ test::Image textured(double shift_x, double rotation, std::uint64_t seed) {
 OverlapResult measure(const test::Image& a, const test::Image& b) {
   static auto workspace = std::make_unique<FeatureOverlapWorkspace>();
   OverlapResult result;
-  EXPECT_TRUE(measure_overlap_by_features(a.view(), b.view(), FeatureOverlapParams{}, *workspace, result).ok());
+  EXPECT_TRUE(measure_overlap_by_features(a.view(), b.view(), 1, *workspace, result).ok());
   return result;
 }
 

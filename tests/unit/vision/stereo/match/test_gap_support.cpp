@@ -82,7 +82,7 @@ struct Scene {
     begin_gaps(*gaps);
     for (std::int32_t y = 0; y < height; ++y) {
       propose_gap_row(rows, params, y, map.view(), *gaps);
-      connect_gap_row(rows.left_valid, map.view(), y, params, *segments);
+      connect_gap_row(rows.left_valid, map.view(), y, *segments);
     }
     for (std::int32_t y = 0; y < height; ++y) accept_gap_row(map.view(), y, *segments);
   }

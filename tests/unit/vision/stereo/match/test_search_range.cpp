@@ -40,14 +40,14 @@ const SearchRun& run_at(const SearchRow& row, std::int32_t x) {
 
 TEST(SearchRange, LevelGroundNeedsOneBlockAroundItsDisparity) {
   const Map map;
-  const SearchRow row = search_of_band(map.view(), width, 2, range, {});
+  const SearchRow row = search_of_band(map.view(), width, 2, range);
   ASSERT_EQ(row.size, 1);
   EXPECT_EQ(row.begin()->begin, 0);
   EXPECT_EQ(row.begin()->end, width);
   EXPECT_EQ(row.begin()->count, disparity_block);
   // 5 px at a quarter of the resolution are 20 px.
-  EXPECT_LE(row.begin()->first, 20 - StereoParams{}.search_margin_px);
-  EXPECT_GE(row.begin()->first + row.begin()->count, 21 + StereoParams{}.search_margin_px);
+  EXPECT_LE(row.begin()->first, 20 - search_margin_px);
+  EXPECT_GE(row.begin()->first + row.begin()->count, 21 + search_margin_px);
 }
 
 TEST(SearchRange, RunsCoverEveryColumnOnceAndStayInTheRange) {
@@ -58,7 +58,7 @@ TEST(SearchRange, RunsCoverEveryColumnOnceAndStayInTheRange) {
   constexpr std::int32_t odd_width = width - 7;
   for (std::int32_t band = 0; band < height / search_tile; ++band) {
     std::int32_t next = 0;
-    for (const SearchRun& run : search_of_band(map.view(), odd_width, band, range, {})) {
+    for (const SearchRun& run : search_of_band(map.view(), odd_width, band, range)) {
       EXPECT_EQ(run.begin, next);
       EXPECT_GE(run.first, 0);
       EXPECT_LE(run.first + run.count, whole_blocks(range.count()));
@@ -74,7 +74,7 @@ TEST(SearchRange, CliffIsSearchedOnBothItsSidesAndBesideItsTile) {
   for (std::int32_t y = 0; y < map.h; ++y) {
     for (std::int32_t x = 42; x < map.w; ++x) map.disparity[map.at(x, y)] = 12;
   }
-  const SearchRow row = search_of_band(map.view(), width, 3, range, {});
+  const SearchRow row = search_of_band(map.view(), width, 3, range);
   // The edge at column 168 is in the tile of columns 160 to 191, two columns of the map from the tile before.
   for (const std::int32_t x : {140, 159, 168, 190}) {
     const SearchRun& run = run_at(row, x);
@@ -90,7 +90,7 @@ TEST(SearchRange, WhatTheCoarseMapCouldNotMatchIsSearchedInFull) {
   for (std::int32_t y = 8; y < 16; ++y) {
     for (std::int32_t x = 24; x < 30; ++x) map.sigma[map.at(x, y)] = 0;
   }
-  const SearchRow row = search_of_band(map.view(), width, 1, range, {});
+  const SearchRow row = search_of_band(map.view(), width, 1, range);
   EXPECT_EQ(run_at(row, 100).count, 64);
   EXPECT_EQ(run_at(row, 200).count, disparity_block);
 }
@@ -103,7 +103,7 @@ TEST(SearchRange, MaskedGroundIsNotUnmatchedGround) {
       map.valid[map.at(x, y)] = 0;
     }
   }
-  EXPECT_EQ(run_at(search_of_band(map.view(), width, 1, range, {}), 100).count, disparity_block);
+  EXPECT_EQ(run_at(search_of_band(map.view(), width, 1, range), 100).count, disparity_block);
 }
 
 /// Ground at 20 px with a slope, and boulders of `boulder_px` that stand out by `step_px`.

@@ -22,9 +22,9 @@ struct Volume {
   std::vector<std::int16_t> ncc = std::vector<std::int16_t>(static_cast<std::size_t>(width * disparities));
 
   std::int16_t& at(std::int32_t x, std::int32_t d) { return ncc[static_cast<std::size_t>(x * disparities + d)]; }
-  [[nodiscard]] int cost(std::int32_t x, std::int32_t d, const StereoParams& params) const {
+  [[nodiscard]] int cost(std::int32_t x, std::int32_t d) const {
     const int v = ncc[static_cast<std::size_t>(x * disparities + d)];
-    if (v == 0) return params.occlusion_cost * max_ordered_cost / max_matching_cost * 3 / 4;
+    if (v == 0) return occlusion_cost * max_ordered_cost / max_matching_cost * 3 / 4;
     return (ncc_one - std::max(v, 0)) / unit;
   }
 };
@@ -63,8 +63,8 @@ enum : std::int32_t { any = -2, none = -1 };
 
 /// Lowest cost of a row when column `fixed` is matched at disparity `d`, is matched with `none`, or `any` may be. One
 /// step after the other over pairs (left pixels used, right pixels used), without any normalisation.
-int lowest_cost(const Volume& v, const StereoParams& params, std::int32_t fixed, std::int32_t d_fixed) {
-  const int occlusion = params.occlusion_cost * max_ordered_cost / max_matching_cost;
+int lowest_cost(const Volume& v, std::int32_t fixed, std::int32_t d_fixed) {
+  const int occlusion = occlusion_cost * max_ordered_cost / max_matching_cost;
   const auto index = [](std::int32_t d) { return static_cast<std::size_t>(d); };
   // By disparity of the last used pixels; more right pixels used is a smaller disparity.
   std::vector<int> now(index(disparities), 0);
@@ -73,7 +73,7 @@ int lowest_cost(const Volume& v, const StereoParams& params, std::int32_t fixed,
     for (std::int32_t d = 0; d < disparities; ++d) {
       const bool may_match = x != fixed || d_fixed == any || d_fixed == d;
       const bool may_occlude = x != fixed || d_fixed == any || d_fixed == none;
-      if (may_match) next[index(d)] = now[index(d)] + v.cost(x, d, params);
+      if (may_match) next[index(d)] = now[index(d)] + v.cost(x, d);
       if (may_occlude && d > 0) next[index(d)] = std::min(next[index(d)], now[index(d - 1)] + occlusion);
     }
     for (std::int32_t d = disparities - 2; d >= 0; --d) {
@@ -92,14 +92,14 @@ TEST(OrderedRows, ThePathIsTheCheapestOneAndUniqueWhereAnyOtherCostsMore) {
   for (std::uint64_t seed = 0; seed < 40; ++seed) {
     const Volume volume = random_volume(40, seed);
     const std::vector<RowWinner> winners = solve(volume, params);
-    const int best = lowest_cost(volume, params, 0, any);
+    const int best = lowest_cost(volume, 0, any);
     for (std::int32_t x = 0; x < volume.width; ++x) {
       const RowWinner& winner = winners[static_cast<std::size_t>(x)];
       std::vector<int> costs;
-      for (std::int32_t d = 0; d < disparities; ++d) costs.push_back(lowest_cost(volume, params, x, d));
+      for (std::int32_t d = 0; d < disparities; ++d) costs.push_back(lowest_cost(volume, x, d));
       if (winner.cost == occluded_cost) {
         // Of two cheapest paths with other matches here one is taken, or none.
-        EXPECT_TRUE(lowest_cost(volume, params, x, none) == best || std::count(costs.begin(), costs.end(), best) > 1)
+        EXPECT_TRUE(lowest_cost(volume, x, none) == best || std::count(costs.begin(), costs.end(), best) > 1)
             << seed << " " << x;
         EXPECT_FALSE(winner.unique);
         continue;
