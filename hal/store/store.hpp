@@ -36,8 +36,9 @@ class Transactions {
 
 /// Every call uses a bounded amount of memory. Every fault is returned as a Status and leaves stored data intact.
 /// Writes outside a transaction return `invalid_argument`. After a failed write, further writes and the commit of the
-/// transaction return the same Status. Values are read as they were put, with three exceptions: a NaN may become
-/// another NaN, -0 may become 0, and a text ends at its terminator.
+/// transaction return the same Status; a write that returns `not_found` or `invalid_argument` leaves the transaction
+/// usable. Values are read as they were put, with three exceptions: a NaN may become another NaN, -0 may become 0, and
+/// a text ends at its terminator.
 ///
 /// Records and blobs have checksums, which every read verifies. Reading data with a wrong checksum returns
 /// `record_damaged` (first value: id, second: RecordType), never the data and never `not_found`. The damage ends when
@@ -62,8 +63,8 @@ class Store : public Transactions {
   /// Writes or reads bytes of a blob from `offset` on. `field` is the name of the record's blob member. Returns
   /// `not_found` if there is no such record or its blob is empty, `invalid_argument` if the bytes do not lie inside the
   /// blob. Damage in one chunk (blob_chunk_bytes) does not affect the others. Writing a part of a damaged chunk returns
-  /// `record_damaged`; writing the complete chunk repairs it. If
-  /// read_blob() returns `record_damaged`, `bytes` holds nothing of the blob.
+  /// `record_damaged`; writing the complete chunk repairs it. If read_blob() returns `record_damaged`, `bytes` holds
+  /// nothing of the blob.
   virtual Status write_blob(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
                             std::span<const std::uint8_t> bytes) = 0;
   virtual Status read_blob(const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,

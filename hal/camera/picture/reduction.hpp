@@ -38,7 +38,7 @@ class RowReducer {
  public:
   /// Begins a picture. `reduction` is one of find_reduction(), and `image` has its size.
   void begin(const Reduction& reduction, MutableGrayView image);
-  /// Adds the next row of the picture, which has all pixels of the row. Rows outside the image are ignored.
+  /// Adds the next row of the picture with all of its pixels. A row outside the image is ignored and may be empty.
   void add(std::span<const std::uint8_t> row);
   /// Index of the picture's row that add() takes next, from 0.
   [[nodiscard]] std::int32_t next_row() const { return row_; }
