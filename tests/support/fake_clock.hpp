@@ -1,4 +1,4 @@
-// A clock that the test moves.
+// A clock that a test sets; processor time equals mission time.
 #pragma once
 
 #include "hal/clock/clock.hpp"

@@ -1,4 +1,4 @@
-// A packet link whose two ends are queues of the test.
+// A packet link whose other end is two queues that a test reads and fills.
 #pragma once
 
 #include <algorithm>
@@ -13,7 +13,7 @@ namespace ilp::test {
 
 using Octets = std::vector<std::uint8_t>;
 
-/// Gives what was put into `up`, and keeps what is sent in `down`.
+/// receive() returns the packets of `up` in order; send() appends packets to `down`.
 class QueueLink final : public PacketLink {
  public:
   Status receive(std::span<std::uint8_t> buffer, std::size_t& bytes) override {
