@@ -1,4 +1,4 @@
-// The list of the flight's components. A new component needs a place in this list and a row in the schedule
+// The list of the flight's components. A new component is added to this list and gets a row in the schedule
 // (cfg/schedule.hpp).
 #pragma once
 

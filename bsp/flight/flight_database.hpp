@@ -46,7 +46,7 @@ struct StoreUpdates {
 /// FlightStore describes the three ways to open the database.
 class FlightDatabase {
  public:
-  /// The salvage uses the part of `memory` behind SQLite's arena.
+  /// The salvage uses the end of `memory`, where SQLite's arena does not reach.
   explicit FlightDatabase(std::span<std::byte> memory) : memory_(memory) {}
 
   Status open(const char* path, StoreTrouble trouble, const MissionParameters& mission, DiskWait* wait,

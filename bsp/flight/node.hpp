@@ -52,7 +52,7 @@ class Node {
  private:
   struct Other {
     std::int64_t id = 0;
-    TimeNs started_ns = 0, seen_ns = 0;  ///< of its latest record
+    TimeNs started_ns = 0, seen_ns = 0;  ///< values in its latest record
     TimeNs received_ns = 0;              ///< when that record was first read, by this process's clock
     bool silent = false;                 ///< was reported as silent
   };

@@ -21,7 +21,7 @@ struct ImageSourceContext {
   bool real_time;
 };
 
-/// A derived class has a static member `kind`, a constructor from an ImageSourceContext, and a place in the list of
+/// A derived class has a static member `kind` and a constructor from an ImageSourceContext, and is in the list of
 /// image_sources.hpp. `value` is the value of its option.
 class ImageSource {
  public:

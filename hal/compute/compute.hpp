@@ -92,7 +92,7 @@ class ComputeDevice {
   virtual ComputeFault begin(const ComputeJob& job) = 0;
   /// Sets `done` and writes the output if the latest job of this kind is complete. A fault ends the use of the device.
   virtual ComputeFault ask(ComputeKind kind, bool& done) = 0;
-  /// Waits for a result, at most a millisecond. Called only before the flight and while mission time stands still.
+  /// Waits for a result, at most a millisecond. Called only before the flight and in flights in virtual time.
   virtual void pause() = 0;
   /// Ends the use of the device.
   virtual void leave() = 0;

@@ -52,7 +52,7 @@ class Store : public Transactions {
   /// when they return ok.
   virtual Status get(const RecordInfo& info, std::int64_t id, void* record) = 0;
   /// Reads the record with the smallest id above `after`. Returns `not_found` if there is none. If it returns
-  /// `record_damaged`, a loop over the table can continue after the id that the status names.
+  /// `record_damaged`, the id in the status is above `after`, and a loop over the table can continue after that id.
   virtual Status next(const RecordInfo& info, std::int64_t after, void* record) = 0;
   /// Reads the record with the largest id. Returns `not_found` if the table is empty.
   virtual Status last(const RecordInfo& info, void* record) = 0;

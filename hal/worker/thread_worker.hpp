@@ -45,7 +45,7 @@ class ThreadWorker final : public Worker {
 
   static void* enter(void* worker);
   void work();
-  /// Processor time of the thread so far.
+  /// Processor time that the thread has used, ns.
   [[nodiscard]] TimeNs used() const;
   [[nodiscard]] bool stuck() const { return used() - begun_ns_ > limit_ns_; }
 

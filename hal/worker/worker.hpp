@@ -34,10 +34,9 @@ class Worker {
 
   /// Begins a job. Returns `not_ready` until ask() has returned `done` for the job before.
   virtual Status submit(const WorkerJob& job) = 0;
-  /// Returns the progress of the job. Waits for the job only while mission time stands still.
+  /// Returns the progress of the job. Waits for the job only in flights in virtual time.
   virtual WorkerProgress ask() = 0;
-  /// Waits until the job has ended or is stuck. Called only at the end of the flight and while mission time stands
-  /// still.
+  /// Waits until the job has ended or is stuck. Called only at the end of a flight and in flights in virtual time.
   virtual void finish() = 0;
 
  protected:

@@ -7,7 +7,7 @@
 
 namespace ilp {
 
-/// From what the time of a frame was derived.
+/// The source of a frame's time.
 enum class TimeMeaning : std::uint8_t {
   start_of_exposure,  ///< the driver's stamp
   end_of_frame,       ///< the driver's stamp, minus a frame period or the given delay

@@ -19,7 +19,7 @@ struct CameraTally {
   std::int64_t latest = 0;  ///< value of the latest incident
 };
 struct CameraReports {
-  CameraUpdates updates;  ///< to be returned by capture(), one in each call
+  CameraUpdates updates;  ///< statuses that the next calls of capture() return, one in each call
   /// Damaged frames (value: FrameDamage), suspect stamps (value: stamp minus arrival, us), and missing frames (value:
   /// sequence number of the frame after the gap).
   CameraTally refused, stamps, gaps;
@@ -67,10 +67,11 @@ struct OwnExposure {
   TimeNs set_ns = 0;
 };
 
-/// To the flight it is a triggered camera with a coarse granularity. The answer to a trigger is the frame whose
+/// To the flight this is a triggered camera with a coarse granularity. The answer to a trigger is the frame whose
 /// exposure began nearest to the trigger's time. The newest frames stay in the driver's buffers until that frame is
-/// known; all others are returned unread. No call but prepare() and the two for exposure blocks: a call with unfinished
-/// work returns `not_ready`, and the next call continues the work. Opening the camera takes several calls of capture().
+/// known; all others are returned unread. Only prepare(), exposure_range() and set_exposure() block. Every other call
+/// with unfinished work returns `not_ready`, and the next call continues the work. Opening the camera takes several
+/// calls of capture().
 ///
 /// No report of the driver is trusted. Its first frames are graded (DriverGrade) before any frame is delivered. After
 /// an outage the stream or the device is started again at growing intervals. A device with another name is graded and

@@ -12,7 +12,7 @@
 namespace ilp {
 
 struct SharedComputeOptions {
-  const char* path = nullptr;       ///< of the program's socket
+  const char* path = nullptr;       ///< path of the program's socket
   TimeNs limit_ns = 10 * ns_per_s;  ///< longest time for one job; after it the device is `late`
 };
 
@@ -36,7 +36,7 @@ class SharedCompute final : public ComputeDevice {
  private:
   struct Place {
     std::uint32_t number = 0;  ///< number of the latest job of this kind, from 1
-    TimeNs deadline_ns = 0;    ///< of the board's monotonic clock
+    TimeNs deadline_ns = 0;    ///< when the device is late, by the board's monotonic clock
     std::span<std::byte> output;
   };
 
