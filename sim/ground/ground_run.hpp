@@ -42,7 +42,7 @@ struct GroundOptions {
   /// Keep results that others contain too: PFM beside GeoTIFF and PNG, model.ply beside model.glb, and the catalogue.
   /// Without the catalogue a later run reads the outbox again.
   bool keep_copies = true;
-  std::size_t max_vertices = 1100000;  ///< of one strip's surface model: 45 MB
+  std::size_t max_vertices = 1100000;  ///< largest number for one strip's surface model: 45 MB
 };
 
 /// Throws host::WrongUsage if the results would lie in the downlink's folder, where the next run would read them.

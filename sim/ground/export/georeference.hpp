@@ -51,7 +51,7 @@ struct StripAnchor {
   double longitude_deg = 0;  ///< of the point; east positive, -180 to 360
   double latitude_deg = 0;
   double height_m = 0;     ///< of the point above the body's ellipsoid
-  double azimuth_deg = 0;  ///< of the world's +y, clockwise from north
+  double azimuth_deg = 0;  ///< azimuth of the world's +y, clockwise from north
   std::optional<double> metres_per_unit;
 };
 
@@ -79,9 +79,9 @@ struct Georeference {
   std::string sentence;     ///< describes the georeference, for the report
   std::string body;         ///< key of the body; empty without an anchor
   bool earth = false;
-  double longitude_deg = 0;                    ///< of the map's centre
+  double longitude_deg = 0;                    ///< longitude of the map's centre
   double scale = 1;                            ///< map units per strip unit
-  double sin_azimuth = 0, cos_azimuth = 1;     ///< of the world's +y, clockwise from north
+  double sin_azimuth = 0, cos_azimuth = 1;     ///< azimuth of the world's +y, clockwise from north
   std::array<double, 3> anchored = {0, 0, 0};  ///< the anchored point in the strip's world: the map's centre
   double height = 0;                           ///< height of the anchored point
   /// Horizontal standard deviations per axis: of the strip's position (on the orbiter's map, if it is placed on one),

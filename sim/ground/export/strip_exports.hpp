@@ -16,7 +16,7 @@ namespace ilp::exports {
 /// A strip with its map, and the files that were written of it.
 struct ExportedStrip {
   intake::Strip strip;
-  std::string suffix;                   ///< of its file names: empty for the first strip, "-strip-N" for the others
+  std::string suffix;                   ///< suffix of file names: empty for the first strip, "-strip-N" for the others
   std::optional<map::GroundGrid> grid;  ///< the map, or an overview if it is too large; none: no map
   map::Plane plane;                     ///< mean plane of the grid
   Georeference georeference;
@@ -24,7 +24,7 @@ struct ExportedStrip {
   std::vector<std::string> files;       ///< names of the exported files
   std::vector<std::string> map_files;   ///< those of `files` that depend on the map alone
   std::size_t vertices = 0, faces = 0;  ///< of the surface model
-  std::int32_t stride = 1;              ///< of the surface model (grid_surface.hpp)
+  std::int32_t stride = 1;              ///< cells of the grid per vertex of the surface model (grid_surface.hpp)
 };
 
 // The export_ functions of a strip write their files into `folder` and add the names to `strip.files`. The caller has

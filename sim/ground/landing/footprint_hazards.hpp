@@ -14,7 +14,7 @@ namespace ilp::landing {
 // it. Ground that was not seen is a hazard.
 
 struct Footprint {
-  double diameter_m = 0;  ///< of the circle that the lander may touch
+  double diameter_m = 0;  ///< diameter of the circle that the lander may touch
   double metres_per_unit = 1;
   /// Smallest share of the circle's cells that must have a height.
   double least_cover = 0.95;

@@ -67,7 +67,7 @@ struct MapGeometry {
 
 /// A rectangular part of a map. All rasters have one size, and values as in GroundGrid.
 struct MapTile {
-  std::int32_t column = 0, row = 0;  ///< of its top-left cell, in cells of the map
+  std::int32_t column = 0, row = 0;  ///< column and row of its top-left cell in the map
   host::Raster<float> height;
   host::Raster<float> sigma;
   host::Raster<std::uint8_t> ortho;

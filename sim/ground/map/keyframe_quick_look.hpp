@@ -21,7 +21,7 @@ struct KeyframeQuickLook {
   std::uint64_t depth_pixels = 0;     ///< number of pixels with a depth
   double median_depth = 0;            ///< camera z, strip units; 0: no depth
   double ground_step = 0;  ///< median distance of neighbouring pixels on the ground, strip units; 0: no surface
-  MapBounds bounds;        ///< of the surface without outliers; valid if ground_step > 0
+  MapBounds bounds;        ///< bounds of the surface without outliers; valid if ground_step > 0
   /// PNG files, about quick_look_width_px wide; empty if the raster is missing.
   std::vector<std::uint8_t> image, mask, depth;
   double nearest = 0, farthest = 0;  ///< depths at the ends of the colour scale of `depth`, strip units

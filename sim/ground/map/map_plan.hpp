@@ -23,7 +23,7 @@ using KeyframeViews = std::map<std::int64_t, KeyframeView>;
 struct TilePlan {
   intake::TilePlace place;
   std::vector<std::int64_t> keyframes;  ///< ids of keyframes that may touch the tile or its margin, ascending
-  std::uint64_t digest = 0;             ///< of everything that the painted tile depends on
+  std::uint64_t digest = 0;             ///< digest of the painted tile's inputs
 };
 
 struct MapPlan {

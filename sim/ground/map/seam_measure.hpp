@@ -18,8 +18,8 @@ struct Roughness {
 };
 
 struct SeamMeasure {
-  Roughness height;  ///< in cells: a second difference of 1 is a slope that changes by 45 degrees
-  Roughness grey;    ///< of the orthoimage, grey values
+  Roughness height;  ///< roughness of heights, in cells: 1 is a slope that changes from 0 to 45 degrees
+  Roughness grey;    ///< roughness of the orthoimage, grey values
   /// Steps in the orthoimage, grey values. A sample is 24 cells in a row or column, and its step is the mean of the
   /// last 8 minus the mean of the first 8. `border`: RMS of samples from two keyframes that meet in the middle 8 cells.
   /// `other`: RMS of samples from one keyframe, 16 cells before or after a border sample: ground at borders is rougher

@@ -26,7 +26,7 @@ struct MapStatistics {
 
 struct StripMap {
   Mosaic mosaic;
-  std::uint64_t digest = 0;  ///< of everything that the mosaic depends on
+  std::uint64_t digest = 0;  ///< digest of the mosaic's inputs
   MapStatistics statistics;
   std::map<std::int64_t, Balance> balance;  ///< key: keyframe id; empty: grey values are not changed
 };

@@ -35,7 +35,7 @@ struct TilePatch {
 /// What the map as a whole needs of a tile; small, unlike the cells.
 struct TileSummary {
   std::vector<std::int64_t> keyframes;  ///< ids, index source - 1
-  std::vector<ShownPatch> shown;        ///< of each keyframe, index source - 1
+  std::vector<ShownPatch> shown;        ///< sums for each keyframe, index source - 1
   std::uint64_t measured = 0;           ///< cells with a count above 0
   std::uint64_t seam_cells = 0;         ///< times that a further keyframe covers a covered cell
   /// Histogram of the height differences between keyframes in these cells; key: class (seam_step).

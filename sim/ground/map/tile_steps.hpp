@@ -25,9 +25,9 @@ namespace ilp::map {
 struct TileFinish {
   intake::TilePlace place;
   std::uint64_t painted = 0;            ///< digest of the painted tile
-  std::uint64_t digest = 0;             ///< of everything that the finished tile depends on
+  std::uint64_t digest = 0;             ///< digest of the finished tile's inputs
   std::vector<std::int64_t> keyframes;  ///< ids, index source - 1
-  std::vector<Balance> balance;         ///< of each keyframe, index source - 1
+  std::vector<Balance> balance;         ///< balance of each keyframe, index source - 1
 };
 
 /// Sums over the summaries of a map's tiles. Their order makes no difference to the map.

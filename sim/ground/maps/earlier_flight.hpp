@@ -16,8 +16,8 @@ struct EarlierModel {
 };
 
 /// Finds the rasters of a strip. `folder`: results of ilp-ground, the folder of a flight with the results in its folder
-/// `ground`, or the flight's `outbox`. `strip`: id; 0: the first. Throws std::runtime_error that names what is missing
-/// and how it is made.
+/// `ground`, or the flight's `outbox`. `strip`: id; 0: the first with heights. Throws std::runtime_error that names
+/// what is missing and how it is made.
 [[nodiscard]] EarlierModel earlier_model(const std::filesystem::path& folder, std::int64_t strip);
 
 }  // namespace ilp::maps

@@ -26,7 +26,7 @@ struct MapTilesOptions {
   std::optional<Body> body;               ///< none: that of the rasters
   std::optional<Extent> area;             ///< degrees, or metres for Body::none; none: what both rasters cover
   double ambient = 0.25;                  ///< share of the light on level ground that comes from the whole sky
-  double image_sigma = 2;                 ///< standard deviation of the image, grey levels
+  double image_sigma = 2;                 ///< standard deviation of the image's noise, grey levels (mean 128)
   std::optional<double> height_sigma_m;   ///< standard deviation of a height; none: 0.3 pixels
   double place_sigma_m = 0;               ///< horizontal sigma per axis of the map's position on the body
   bool flat = true;                       ///< divide the image by its shading

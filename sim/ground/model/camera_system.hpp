@@ -15,7 +15,7 @@ using Mat6 = Eigen::Matrix<double, 6, 6>;
 /// For each camera, the cameras that it has a block with. One direction is enough, and repetitions are allowed.
 using RelatedCameras = std::vector<std::vector<std::uint32_t>>;
 
-/// A block of the equations. It stands also for its transpose at (column, row).
+/// A block of the equations. The equations also have its transpose at (column, row).
 struct CameraBlock {
   std::uint32_t row = 0, column = 0;  ///< indices of cameras
   Mat6 block;

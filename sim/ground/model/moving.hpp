@@ -17,9 +17,10 @@ namespace ilp::model {
 /// than two cameras.
 [[nodiscard]] std::optional<Similarity> model_from_strip(const Scene& scene, const Model& model, std::int64_t strip_id);
 
-/// Gives each keyframe of the model its pose there, moves its points and depths, and sets its strip to `strip_id`. A
-/// keyframe that the flight has not posed gets a pose too. The covariance is the model's if it is known, else the
-/// flight's in the model's unit. `in_metres`: the model's unit is the metre; otherwise it is that of the strip.
+/// Gives each keyframe of the model its pose in the model, moves its points and depths, and sets its strip to
+/// `strip_id`. A keyframe that the flight has not posed gets a pose too. The covariance is the model's if it is known,
+/// else the flight's in the model's unit. `in_metres`: the model's unit is the metre; otherwise it is that of the
+/// strip.
 void move_flight(const Scene& scene, const Model& model, std::int64_t strip_id, bool in_metres, intake::Flight& flight);
 
 }  // namespace ilp::model

@@ -23,7 +23,7 @@ struct SubMapCamera {
 /// It does not change if the map as a whole is moved by a similarity.
 struct SubMap {
   std::vector<SubMapCamera> cameras;  ///< in the order of the views
-  std::vector<CameraBlock> blocks;    ///< of A; rows and columns are indices in `cameras`
+  std::vector<CameraBlock> blocks;    ///< blocks of A; rows and columns are indices in `cameras`
   struct Refused {
     std::size_t track = 0, sighting = 0;
   };

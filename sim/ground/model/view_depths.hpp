@@ -44,7 +44,7 @@ class ViewDepths {
   static Plane plane_through(const std::vector<InverseDepth>& depths, double most);
   const Plane& plane_of(std::uint32_t view) const;
 
-  std::vector<std::vector<InverseDepth>> depths_;  ///< of the points that each view sees
+  std::vector<std::vector<InverseDepth>> depths_;  ///< for each view, inverse depths of the points that it sees
   std::vector<double> most_relief_;                ///< for each view, largest relief with a plane
   mutable std::vector<Plane> planes_;              ///< for each view, fitted on demand, because few are needed
 };

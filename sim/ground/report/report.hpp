@@ -38,12 +38,12 @@ struct StripResult : exports::ExportedStrip {
   double track_length = 0;    ///< path length over the posed keyframes, strip units
   double flying_height = 0;   ///< median depth, strip units
   double mask_share = 0;      ///< newly seen pixels with a depth divided by all pixels of the posed keyframes
-  map::MapGeometry geometry;  ///< of the map; `grid` may be an overview
+  map::MapGeometry geometry;  ///< grid of the map; the member `grid` may be an overview
   map::MapStatistics map;
   map::SeamMeasure seams;
   map::HeightErrors errors;
   map::HeightErrorParts usual_errors;            ///< medians over the cells of the grid, strip units
-  std::map<std::int64_t, map::Balance> balance;  ///< of the orthoimage; key: keyframe id
+  std::map<std::int64_t, map::Balance> balance;  ///< corrections in the orthoimage; key: keyframe id
   exports::ColmapCounts colmap;
   std::optional<StripAccuracy> accuracy;
   std::optional<landing::StripLanding> landing;  ///< none: not asked for

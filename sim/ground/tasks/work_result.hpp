@@ -20,7 +20,7 @@ struct WorkResult {
   WorkKind kind = WorkKind::quick_looks;
   std::int64_t owner = 0;                    ///< id of the quick-look's keyframe or of the tile's strip
   intake::TilePlace place;                   ///< position of a tile
-  std::uint64_t digest = 0;                  ///< of everything that the result depends on; key in the catalogue
+  std::uint64_t digest = 0;                  ///< digest of the result's inputs; key in the catalogue
   std::vector<std::uint8_t> summary, cells;  ///< content; a quick-look has no cells
 };
 
