@@ -10,7 +10,7 @@ namespace ilp::model {
 [[nodiscard]] JoinedModel summary_of(const intake::Flight& flight, const Scene& scene, const Model& model,
                                      std::int64_t strip_id);
 
-/// The strips with keyframes in no model, with the reason. `flight`: before it is moved into the models.
+/// The strips that have keyframes outside all models, with the reason. `flight`: before it is moved into the models.
 [[nodiscard]] std::vector<StripApart> strips_apart(const intake::Flight& flight,
                                                    const std::vector<JoinedModel>& models);
 

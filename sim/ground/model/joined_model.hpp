@@ -73,15 +73,16 @@ struct JoinedModel {
   HeightSteps steps_after;   ///< in the model
 };
 
+/// A strip with keyframes outside all models.
 struct StripApart {
   std::int64_t strip_id = 0;
-  std::size_t keyframes = 0;
-  std::string why;  ///< in words
+  std::size_t keyframes = 0;  ///< number of these keyframes
+  std::string why;            ///< in words
 };
 
 struct JoinedFlight {
   std::vector<JoinedModel> models;
-  std::vector<StripApart> apart;  ///< strips with keyframes in no model
+  std::vector<StripApart> apart;  ///< in the order of the strip ids
 };
 
 /// Called with the name of the phase that begins.

@@ -17,8 +17,9 @@ struct ModelView {
   std::optional<PoseCovariance> covariance = std::nullopt;  ///< none: state_errors() has not determined it
   std::optional<std::uint32_t> attached_to =
       std::nullopt;  ///< the only view that shows its ground (single_link_views.hpp)
-  /// Length of the chain of single links that the pose depends on. 0: the model measures the pose from two or more
-  /// views. A single-link view has 1 + the rung of the view that it is attached to.
+  /// Length of the chain of single links that the pose depends on; 0: it depends on none. A single-link view has 1 +
+  /// the rung of the view that it is attached to. rung_by_points() gives the rung of a view that two or more views
+  /// measure.
   int rung = 0;
 };
 
@@ -53,7 +54,7 @@ struct Model {
   std::vector<std::uint8_t> refused;  ///< for each sighting, track after track: not 0 if it is an outlier of its track
   std::vector<std::size_t> first;     ///< for each track, index of its first sighting in `refused`; and the end
   bool by_sub_maps = false;           ///< adjusted in sub-maps, and the covariances of its views are set
-  std::vector<ViewFix> fixes;         ///< in the order of the views; not empty: the model is on the map (map_fixes.hpp)
+  std::vector<ViewFix> fixes;         ///< at most one for each view; not empty: the model is on the map (map_fixes.hpp)
   FixWeights fix_weights;
 
   /// Number of views in the model.

@@ -32,8 +32,9 @@ struct Unit {
 [[nodiscard]] std::vector<std::size_t> shared_points(const Scene& scene, const TracksByView& seen_by, std::uint32_t v,
                                                      const Model& model);
 
-/// The rung (ModelView::rung) of view `v` if it shares at least 12 tracks with each of two or more views of the model;
-/// else none. If it shares all points with one view, the points do not measure its distance from that view.
+/// The rung (ModelView::rung) of view `v` if it shares at least 12 tracks with each of two or more views of the model:
+/// the second lowest rung of these views. Else none. If it shares all points with one view, the points do not measure
+/// its distance from that view.
 [[nodiscard]] std::optional<int> rung_by_points(const Scene& scene, const TracksByView& seen_by, std::uint32_t v,
                                                 const Model& model);
 
