@@ -65,7 +65,7 @@ struct FlightParams {
   double descent_drift = 0;  ///< with a descent_ratio: metres along drift_heading_rad for each metre down
 
   double gap_start_s = 0;   ///< begin of a period without frames
-  double gap_length_s = 0;  ///< its length; 0: none
+  double gap_length_s = 0;  ///< length of this period; 0: none
 
   std::string pattern = "straight";
   double pattern_length_m = 300;
@@ -80,7 +80,7 @@ struct FlightParams {
   double pass_pause_s = 40;         ///< from the end of a pass to the next, without frames
   double pass_altitude = 1;         ///< altitude of a pass divided by that of the pass before
   double pass_heading_rad = 0;      ///< rotation of a pass relative to the pass before, about the pattern's middle
-  double pass_yaw_rad = 0;          ///< additional rotation of the camera in each pass
+  double pass_yaw_rad = 0;          ///< additional rotation of the camera from pass to pass
   double pass_sun_azimuth_rad = 0;  ///< change of the sun's azimuth from pass to pass
 
   double revisit = 0;           ///< share of the flight after which it turns back; 0: never

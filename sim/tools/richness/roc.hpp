@@ -21,8 +21,8 @@ struct Auc {
 };
 
 /// Area under the ROC curve (Mann-Whitney; ties count half). The interval is the 2.5th to 97.5th percentile of
-/// `resamples` bootstrap samples of whole worlds (C. A. Field and A. H. Welsh, "Bootstrapping clustered data", 2007).
-/// Deterministic.
+/// `resamples` bootstrap samples of complete worlds (C. A. Field and A. H. Welsh, "Bootstrapping clustered data",
+/// 2007). Deterministic.
 [[nodiscard]] Auc area_under_roc(const std::vector<ScoredImage>& images, int resamples = 1000);
 
 /// Points from (0, 0) to (1, 1): the shares of plain and of interesting images with scores at or above a decreasing

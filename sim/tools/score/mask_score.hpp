@@ -10,8 +10,8 @@
 
 namespace ilp::score {
 
-/// Ground that an earlier pair has seen from more than this factor farther away counts as not yet seen well
-/// (claim_ratio of the flight's parameters).
+/// Ground is newly seen although an earlier pair has seen it, if its distance from the earlier pair was larger by more
+/// than this factor (claim_ratio of the flight's parameters).
 inline constexpr double finer_sampling = 1.8;
 
 /// Counts of pixels and bytes, which add up over keyframes. The true mask (decisions.md, 9) is the ground that the
