@@ -1,4 +1,4 @@
-// overlap and match: two images.
+// overlap, match: measure the overlap of two images, and match their corners.
 
 #include <memory>
 
