@@ -9,9 +9,10 @@
 
 namespace ilp::cfdp {
 
+/// Whether FileChecksum computes the checksum of this type.
 [[nodiscard]] bool is_supported(std::uint8_t checksum_type);
 
-/// Takes the file in order, in pieces of any size.
+/// Computes the checksum of a file that is added in order, in parts of any size.
 class FileChecksum {
  public:
   FileChecksum() = default;
