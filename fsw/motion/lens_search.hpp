@@ -18,10 +18,10 @@ struct LensSearchWork {
   std::int64_t first_frame_id = 0;  ///< frame of the oldest keyframe
   std::int64_t first_id = 0;        ///< the oldest keyframe
   std::uint32_t posed = 0;          ///< number of posed keyframes
-  std::uint32_t least_posed = 0;    ///< with fewer there is no window, because the tracks of their points are not ended
-  bool placed = false;              ///< `origin` is known
-  BodyPlace origin;                 ///< origin of the keyframes' positions
-  std::int64_t window_id = 0;       ///< first keyframe of the next window
+  std::uint32_t least_posed = 0;  ///< least value of `posed` for a new attempt, after one in which no window had points
+  bool placed = false;            ///< `origin` is known
+  BodyPlace origin;               ///< origin of the keyframes' positions
+  std::int64_t window_id = 0;     ///< first keyframe of the next window
   std::uint32_t round = 0;
   CameraModel camera;  ///< camera of the round
   CameraEvidence evidence;
