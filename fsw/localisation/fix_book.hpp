@@ -11,10 +11,9 @@
 namespace ilp {
 
 inline constexpr std::size_t kept_fixes = 8;
-inline constexpr double farthest_fix_sigmas = 4;  ///< most distance from the prior without a confirmation
-inline constexpr double agreeing_fixes_px = 3;    ///< distance by odometry within which two fixes agree, working px
-inline constexpr std::uint32_t most_rejected =
-    3;  ///< after this number of rejected fixes in a row the position is lost
+inline constexpr double farthest_fix_sigmas = 4;   ///< most distance from the prior without a confirmation
+inline constexpr double agreeing_fixes_px = 3;     ///< distance by odometry within which two fixes agree, working px
+inline constexpr std::uint32_t most_rejected = 3;  ///< rejected fixes in a row after which the position is lost
 
 /// Trivially copyable, because it is a part of the stage's state. Positions are on the map's plane.
 struct FixBook {
