@@ -42,7 +42,7 @@ struct ParameterInfo {
   FieldType type;        ///< type on the link
   const char* unit;
   double minimum, maximum;
-  EnumValues choices;  ///< of a flag or a choice; empty otherwise
+  EnumValues choices;  ///< values of a flag or a choice; empty for other parameters
   Acts acts;
   const char* description;
 };

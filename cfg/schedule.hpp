@@ -75,7 +75,7 @@ inline constexpr TimeNs minor_frame_ns = 100 * ns_per_ms;
 inline constexpr std::uint32_t max_steps_per_frame = 20'000;
 /// After this number of faults without a successful step in between, a component waits for the next minor frame.
 inline constexpr std::uint32_t max_faults_in_a_row = 32;
-/// A component that found the store full tries again after this many minor frames. Each attempt repeats its work.
+/// Minor frames after which a component that found the store full tries again. Each attempt repeats its work.
 inline constexpr std::int64_t full_store_retry_frames = 50;
 /// The longest pause, in minor frames, after a transient fault of a component. The pause is 1 minor frame at first and
 /// doubles with each further fault.

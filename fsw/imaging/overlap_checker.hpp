@@ -116,9 +116,9 @@ class OverlapChecker final : public StageComponent<ComponentId::overlap_checker>
   Result<bool> relocalise_across(OverlapResult& measured);
   /// How a frame is related to the open strip.
   enum class Relation : std::uint8_t {
-    overlap,     ///< by its measured overlap with the latest keyframe, which may be unknown
-    relocalise,  ///< by oriented features that match enough ground of the latest keyframe
-    across_bad,  ///< by oriented features that match enough ground of the keyframe before the latest one
+    overlap,     ///< measured overlap with the latest keyframe, which may be unknown
+    relocalise,  ///< oriented features match enough ground of the latest keyframe
+    across_bad,  ///< oriented features match enough ground of the keyframe before the latest one
   };
   Result<Relation> relate(const FrameRecord& frame, Outcome& outcome, OverlapResult& measured);
   /// The decision on a frame.

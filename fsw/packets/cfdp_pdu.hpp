@@ -39,8 +39,8 @@ struct Header {
   bool large_file = false;      ///< sizes and offsets have 8 octets instead of 4
   bool record_boundaries = false;
   bool segment_metadata = false;
-  std::uint8_t id_length = 2;        ///< of both entity IDs
-  std::uint8_t sequence_length = 2;  ///< of the sequence number
+  std::uint8_t id_length = 2;        ///< length of both entity IDs
+  std::uint8_t sequence_length = 2;  ///< length of the sequence number
   std::uint64_t source = 0;          ///< entity ID
   std::uint64_t sequence = 0;        ///< transaction sequence number
   std::uint64_t destination = 0;     ///< entity ID

@@ -36,7 +36,7 @@ class TelemetryWriter {
   /// Passes packets to the router as long as it takes them. Call it in every minor frame.
   void flush();
 
-  /// Numbers of packets since the start.
+  /// Numbers of packets: sent and lost since the start, and waiting now.
   [[nodiscard]] std::uint32_t sent() const { return sent_; }
   [[nodiscard]] std::uint32_t lost() const { return lost_; }
   [[nodiscard]] std::uint32_t waiting() const { return waiting_; }

@@ -54,7 +54,7 @@ struct PlaceWork {
   bool keeps = false;  ///< the search for features continues in the shared memory
   FixedVector<LinkRecord, static_cast<std::size_t>(limits::max_links_per_keyframe)> links;
   std::array<FixedVector<LinkPoint, limits::max_link_points>, static_cast<std::size_t>(limits::max_links_per_keyframe)>
-      link_points{};  ///< of each link
+      link_points{};  ///< points of each link
   Status drift;
   std::uint32_t known_before = 0;  ///< number of pixels that were removed from the mask
   std::size_t marked = 0;          ///< number of slices that have marked known ground, then of those that removed it

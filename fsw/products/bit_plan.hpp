@@ -26,10 +26,9 @@ struct PlannedKeyframe {
 
 /// Plans the bytes of one product:
 /// - The bits per newly seen pixel rise with the index from the mission's floor to its ceiling. If the link cannot
-/// carry
-///   that, the ceiling is lowered until a keyframe of medium index and ordinary area takes twice its share of the link.
-///   (Rich keyframes use the share of poor ones, and layers that are not sent stay on board.) The bits are never below
-///   the floor. If nothing new was seen, no bytes are granted.
+///   carry that, the ceiling is lowered until a keyframe of medium index and ordinary area takes twice its share of the
+///   link. (Rich keyframes use the share of poor ones, and layers that are not sent stay on board.) The bits are never
+///   below the floor. If nothing new was seen, no bytes are granted.
 /// - An image is a thumbnail if its index is among the lowest thumbnail_share of the flight and the link is narrow: on
 ///   average it carries less than a quarter of the difference between floors and ceilings. An image gets at least the
 ///   bytes of a thumbnail, or those of its new part without loss if these are fewer.

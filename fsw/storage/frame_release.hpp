@@ -35,7 +35,7 @@ enum class Thinning : std::uint8_t {
   begun,      ///< a period of thinning has begun
   under_way,  ///< the state has changed
 };
-/// From `high_bytes` of frames on, and until `low_bytes` are left, releases the image of one frame that the overlap
+/// Above `high_bytes` of frames, and until `low_bytes` are left, releases the image of one frame that the overlap
 /// checker has not judged. Every other frame is released first, then further ones, so that the remaining frames are
 /// evenly spaced.
 Result<Thinning> thin_frames(FrameReleaseStore store, std::int64_t high_bytes, std::int64_t low_bytes,
