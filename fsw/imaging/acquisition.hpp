@@ -99,7 +99,8 @@ class Acquisition final : public StageComponent<ComponentId::acquisition> {
   [[nodiscard]] TimeNs grain() const;
   Status trigger(TimeNs now);
   bool repeats(const CameraFrame& taken, Outcome& outcome) const;
-  /// Corrects the frame's time if it is suspect. A fault is an event: the frame gets no valid time.
+  /// Corrects the frame's time if it is suspect. A fault is the event to report: the time is impossible, and the frame
+  /// is not used.
   Result<TimeDoubt> judge_time(CameraFrame& taken, TimeNs now, Outcome& outcome) const;
   void learn_period(TimeNs since_last, std::int64_t exposures, State& after) const;
   Status choose_capture(const CameraFrame& taken, TimeDoubt suspicion, Outcome& outcome);

@@ -54,7 +54,7 @@ struct alignas(32) MapWork {
   bool keeps = false;                ///< the work continues in the shared memory
   std::int64_t refused_a = 0;        ///< a fault of the directory that was reported
   StatusCode refused = StatusCode::ok;
-  // The keyframe at work; a restart drops it.
+  // The keyframe that is processed; a restart discards it.
   DepthRecord depth;
   PoseRecord pose;
   FixRecord record;

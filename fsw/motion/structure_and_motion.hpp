@@ -69,7 +69,7 @@ class StructureAndMotion final : public StageComponent<ComponentId::structure_an
   };
   struct Work {
     CameraRecord camera;
-    // The keyframe at work; a restart drops it.
+    // The keyframe that is processed; a restart discards it.
     Phase phase = Phase::idle;
     KeyframeRecord keyframe;
     ShutterRecord shutter;         ///< motion of the keyframe's image, if the camera has a rolling shutter

@@ -1,4 +1,4 @@
-// Checksums of whole files (CCSDS 727.0-B-5, 4.2.2; SANA registry of CFDP checksum types).
+// Checksums of complete files (CCSDS 727.0-B-5, 4.2.2; SANA registry of CFDP checksum types).
 #pragma once
 
 #include <cstddef>

@@ -46,7 +46,7 @@ struct Header {
   std::uint64_t destination = 0;     ///< entity ID
 };
 
-/// File names are bytes without a terminator; `options` are whole TLVs: requests to the file store, messages to the
+/// File names are bytes without a terminator; `options` are complete TLVs: requests to the file store, messages to the
 /// user, overrides of fault handlers, flow label.
 struct Metadata {
   bool closure_requested = false;

@@ -30,8 +30,8 @@ struct EarlierView {
 };
 
 /// Marks the pixels whose ground the earlier keyframe has seen at least as well: from less than `claim_ratio` times the
-/// distance of the new view, or with a distance error that is not larger. Depth is interpolated between the centres of
-/// cells. Pixels without depth in their cell or the cells around it are not marked.
+/// distance of the new view, or with a distance error that is not larger. The ground is taken as flat between the
+/// centres of cells. Pixels without depth in their cell or the cells around it are not marked.
 void mark_known(const NewView& view, const EarlierView& earlier, double claim_ratio, KnownGround& known);
 
 /// The same for a keyframe without depth, with the homography `other_from_keyframe` of the ground plane, px to px. All

@@ -41,7 +41,7 @@ struct PlaceState {
 struct PlaceWork {
   Patience patience;
   CameraModel camera;
-  // The keyframe at work; a restart drops it.
+  // The keyframe that is processed; a restart discards it.
   PlacePhase phase = PlacePhase::recall;
   std::int64_t recalled_id = 0;
   DepthRecord depth;

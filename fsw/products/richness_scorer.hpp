@@ -56,7 +56,7 @@ class RichnessScorer final : public StageComponent<ComponentId::richness_scorer>
   struct Work {
     Patience patience;
     CameraModel camera;
-    // The keyframe at work; a restart drops it.
+    // The keyframe that is processed; a restart discards it.
     DepthRecord depth;
     MaskRecord mask;
     RichnessRecord record;
