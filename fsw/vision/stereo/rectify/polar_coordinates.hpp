@@ -8,7 +8,8 @@
 
 namespace ilp {
 
-/// Inverse hyperbolic sine, hyperbolic sine and hyperbolic cosine, deterministic. Absolute error 1e-15 for |x| < 1e6.
+/// Inverse hyperbolic sine (absolute error 1e-15 for |x| < 1e6), hyperbolic sine and hyperbolic cosine. They give the
+/// same value on every machine.
 [[nodiscard]] double det_asinh(double x);
 [[nodiscard]] double det_sinh(double x);
 [[nodiscard]] double det_cosh(double x);
