@@ -17,10 +17,10 @@ inline constexpr std::size_t max_first_keyframes = 5;
 struct FirstPair {
   struct RivalCamera {
     double rotation[9] = {};     ///< rotation to this camera from the structure's first camera, row-major
-    double translation[3] = {};  ///< in baselines
+    double translation[3] = {};  ///< in units of the first pair's baseline
   };
-  /// The best pair so far; a and b are ordinals. Pairs are ranked by `error`, the expected relative depth error;
-  /// smaller is better. 0: no pair is usable.
+  /// The best pair so far; a and b are ordinals. Pairs are ranked by `error`, smaller first: the expected relative
+  /// depth error, plus a penalty if the pair gives few points. 0: no pair is usable.
   struct Candidate {
     double error = 0;
     std::uint64_t seed = 0;  ///< seed of the keyframe at which the pair was ranked

@@ -53,7 +53,7 @@ struct SequenceParams {
   /// the strip.
   double max_first_depth_error = 0.2;
   double first_height =
-      0;  ///< > 0: median depth of the first pair's points, which sets the scale; 0: its baseline is 1
+      0;  ///< > 0: median depth of the first pair's points, which sets the scale; 0: its baseline has length 1
   /// Attitude of the first camera, unit quaternion w, x, y, z. By default the camera looks straight down and its x axis
   /// is world x.
   double q_first[4] = {0, 1, 0, 0};
@@ -96,7 +96,7 @@ struct SequenceReport {
   bool scale_held = false;  ///< one distance was held, because fewer than two fixed cameras determine the scale
   double rms_px = 0;        ///< RMS residual of the window after the bundle adjustment, per coordinate
   double scale_step =
-      1;  ///< baseline that the pair alone gives the known points / baseline from resection: 1 is perfect
+      1;  ///< baseline from the pair alone and known points, divided by the baseline from resection; 1: they agree
 };
 
 struct SequenceCamera {
@@ -143,7 +143,7 @@ enum class SequencePhase : std::uint8_t {
   readjust,
   conclude,
   // These phases continue with what the previous slice left in the workspace (Sequence::keeps).
-  relating,      ///< the pair
+  relating,      ///< continues the two-view estimate
   state_errors,  ///< computes the errors after adjust
   restate_errors
 };
