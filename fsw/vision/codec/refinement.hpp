@@ -31,7 +31,7 @@ Status compare_layers(std::span<const std::uint8_t> file, int layers, LayerSegme
 /// Header of a refinement file (docs/outbox.md). All numbers are little-endian.
 struct RefinementHeader {
   std::int64_t product_id = 0;
-  /// First and last layer that the refinement adds; layers count from 1
+  /// First and last layer that the refinement adds; layers count from 1.
   std::uint8_t first_layer = 0, last_layer = 0;
   std::uint32_t shorter_bytes = 0;     ///< size of the shorter file, which is refined
   std::uint32_t bytes = 0, crc32 = 0;  ///< size and CRC-32 of the refined file

@@ -20,13 +20,13 @@ struct HarrisWorkspace {
   static constexpr std::size_t max_candidates =
       limits::max_image_pixels / 9 + limits::max_image_width + limits::max_image_height;
 
-  // Padding of a row, elements. Rows 4096 bytes apart would compete for the same eight cache lines of a set, and
+  // Padding of a row, elements. Rows 4096 bytes apart would share one set of eight lines in the first-level cache, and
   // detection would take half as long again.
   static constexpr std::size_t apart = 16;
   using Row = std::array<std::int32_t, limits::max_image_side + apart>;
   std::array<std::int16_t, limits::max_image_side> gradient_x, gradient_y;
   Row product;  ///< product of two gradients, one row
-  /// Structure tensor, smoothed along the row; the latest five rows
+  /// Structure tensor, smoothed along the row; the latest five rows.
   std::array<Row, window> tensor_xx, tensor_xy, tensor_yy;
   std::array<float, limits::max_image_pixels> response;
   std::array<CornerCandidate, max_candidates> found, sorted;

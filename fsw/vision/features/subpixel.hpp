@@ -9,12 +9,12 @@ namespace ilp {
 /// The patch around a point of image a, prepared once for several registrations: steepest descent images and the
 /// Cholesky factor of their normal equations.
 struct PatchTemplate {
-  /// Affine (xx, xy, yx, yy) and shift (x, y), each multiplied by the gain; then the gain
+  /// Affine (xx, xy, yx, yy) and shift (x, y), each multiplied by the gain; then the gain.
   static constexpr int unknowns = 7;
 
   std::int32_t side = 0;
   float variance_sum = 0;  ///< sum of the squared grey values after their mean is removed
-  /// Steepest descent images without their means, which eliminates the offset
+  /// Steepest descent images without their means, which eliminates the offset.
   std::array<std::array<float, padded_patch_pixels>, unknowns> descent;
   float factor[unknowns][unknowns];
 };

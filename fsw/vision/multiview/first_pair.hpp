@@ -28,9 +28,9 @@ struct FirstPair {
   };
   Candidate best;
   std::uint32_t next = 0;  ///< the newest keyframe has been ranked with the keyframes from this ordinal on
-  /// Ordinal of the camera whose distance from the first camera is the unit of length
+  /// Ordinal of the camera whose distance from the first camera is the unit of length.
   std::uint32_t scale_camera = 1;
-  /// Number of later keyframes that did not decide between the motion and its rival: 0 or 1
+  /// Number of later keyframes that did not decide between the motion and its rival: 0 or 1.
   std::uint32_t undecided = 0;
   bool begun = false;      ///< the structure has begun: the cameras of the strip have poses
   bool ambiguous = false;  ///< there is a rival motion, and no later view has decided

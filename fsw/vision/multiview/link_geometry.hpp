@@ -46,8 +46,8 @@ struct LinkGeometryWorkspace {
 /// Estimates the similarity. It resects the newer camera from the place's points, takes the scale from the depths of
 /// the newer keyframe, and then refines both together, so that features and depths of both keyframes agree. The
 /// covariance follows from the estimated errors and is enlarged if the residuals are larger. The result is
-/// deterministic for a given seed. Returns `too_few_matches` if fewer than min_inliers matches have a depth in either
-/// keyframe, `no_model` if no similarity has that many inliers.
+/// deterministic for a given seed. Returns `too_few_matches` if fewer than min_inliers of the matches that fit the
+/// resection have a depth in both keyframes, `no_model` if no similarity has that many inliers.
 Status estimate_link(const LinkMatches& matches, const CameraModel& camera, const LinkGeometryParams& params,
                      LinkGeometryWorkspace& workspace, LinkGeometry& geometry);
 

@@ -91,7 +91,7 @@ struct SequenceReport {
   std::uint32_t refused_tracks = 0;  ///< new tracks that were not begun because the table was full
   std::uint32_t evicted_tracks = 0;  ///< ended short tracks that were removed for new ones because the table was full
   std::uint32_t unadjusted_points = 0;  ///< points that exceeded the capacity of the bundle adjustment
-  /// Tracks that lost their oldest observation because its camera left the strip's state
+  /// Tracks that lost their oldest observation because its camera left the strip's state.
   std::uint32_t shortened_tracks = 0;
   bool scale_held = false;  ///< one distance was held, because fewer than two fixed cameras determine the scale
   double rms_px = 0;        ///< RMS residual of the window after the bundle adjustment, per coordinate
@@ -163,7 +163,7 @@ struct SequenceState {
   std::uint32_t back = 0;  ///< the current keyframe is matched with the keyframe this many before the newest one
   FixedVector<SequenceCamera, limits::max_bundle_cameras> cameras;
   FirstPair first_pair;
-  /// Keyframes that were dropped while the newest one was processed
+  /// Keyframes that were dropped while the newest one was processed.
   FixedVector<std::int64_t, max_first_keyframes> dropped;
   StripCovariance covariance;
   Tracks tracks;
@@ -173,7 +173,7 @@ struct SequenceState {
   std::uint64_t seed = 0;
   Corners new_corners;
   Matches matches;
-  /// Per match: nonzero if it agrees with the two-view estimate
+  /// Per match: nonzero if it agrees with the two-view estimate.
   FixedVector<std::uint8_t, limits::max_matches> related;
   double pair_rotation[9] = {};  ///< rotation from the previous camera to this one, row-major
   double pair_translation[3] = {};
@@ -189,8 +189,8 @@ struct SequenceWorkspace;  // defined in sequence_workspace.hpp: a component own
 void refine_corners(const Matches& matches, Corners& corners_b);
 
 /// Processes a strip on a state and a workspace that its owner keeps (both static, megabytes). The object carries
-/// nothing from step to step, and the workspace only if keeps() returns true. A copy of the state from any other step
-/// therefore continues with a bit-identical result.
+/// nothing from step to step, and the workspace only if keeps() returns true. A copy of the state taken while keeps()
+/// is false therefore continues with a bit-identical result.
 class Sequence {
  public:
   Sequence(SequenceState& state, SequenceWorkspace& workspace) : s_(state), w_(workspace) {}

@@ -21,7 +21,7 @@ struct SequenceWorkspace {
   PointViews views;
   ViewMask view_inliers;
   std::array<std::uint16_t, limits::max_matches> match_of_view;
-  /// Per match: nonzero if the projection of its known point contradicts it
+  /// Per match: nonzero if the projection of its known point contradicts it.
   std::array<std::uint8_t, limits::max_matches> contradicts;
   TrackOfCorner track_of_corner;
   std::array<double, limits::max_matches> ratios;

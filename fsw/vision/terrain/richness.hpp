@@ -28,7 +28,7 @@ struct RichnessCues {
   double gradient_coarse = 0;  ///< the same for cell means
   double entropy = 0;          ///< entropy of the histogram of g / G, bits, 0 to 6
   /// |mean of 2x2 px - mean of the 6x6 px around|: ratio of the 99th to the 50th percentile; finds stones; 3.8 for
-  /// Gaussian ground
+  /// Gaussian ground.
   double contrast = 0;
   double relief = 0;            ///< 95th minus 5th percentile of h / D
   double slope_steep = 0;       ///< 98th percentile of |grad h| over windows of 9 cells; a tangent
@@ -76,7 +76,7 @@ struct RichnessHistory {
   std::uint32_t count = 0;  ///< number of images learned
   std::array<double, richness_cue_count> mean{};
   std::array<double, richness_cue_count> variance{};
-  /// The halves that scaled the cues; other halves begin a new history
+  /// The halves that scaled the cues; other halves begin a new history.
   std::array<double, richness_cue_count> halves{};
 };
 

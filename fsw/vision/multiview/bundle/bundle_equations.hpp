@@ -70,7 +70,7 @@ struct Equations {
   /// Upper blocks of the Schur complement, with the centres in their cameras' axes. Block (a, b) is element a *
   /// max_bundle_cameras + b.
   std::array<Block, max_cameras * max_cameras> blocks;
-  /// Diagonal of the cameras' normal equations before any point is eliminated
+  /// Diagonal of the cameras' normal equations before any point is eliminated.
   std::array<double, max_system> diagonal;
   std::array<double, max_system> reduced_gradient;
   std::array<double, max_system * max_system> system;

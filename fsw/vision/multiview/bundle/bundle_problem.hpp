@@ -50,7 +50,7 @@ struct BundleProblem {
   FixedVector<BundlePoint, limits::max_bundle_points> points;
   FixedVector<BundleObservation, limits::max_bundle_observations> observations;  ///< in any order
   BundleScaleHold hold;
-  /// Used by the calibration; BundleAdjuster ignores them
+  /// Used by the calibration; BundleAdjuster ignores them.
   FixedVector<BundleAttitudePrior, limits::max_bundle_cameras> attitudes;
 };
 
@@ -75,7 +75,7 @@ struct BundleResult {
   std::uint32_t iterations = 0;
   bool converged = false;
   std::uint32_t points = 0, observations = 0;  ///< numbers of points and observations that were used
-  /// Observations that were not used: behind their camera at the start, or the only one of their point
+  /// Observations that were not used: behind their camera at the start, or the only one of their point.
   std::uint32_t dropped_observations = 0;
   /// Whether the covariances are valid: true if two cameras are fixed, or if one is fixed and a held distance
   /// determines the scale. They follow from the inverse of the reduced normal equations and the variance of the

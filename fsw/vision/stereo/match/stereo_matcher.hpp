@@ -65,7 +65,7 @@ struct StereoWorkspace {
   GapWorkspace gaps;
   std::array<MatchedRow, static_cast<std::size_t>(max_rows_at_once)> rows;
   alignas(64) std::array<std::uint8_t, max_cost_entries> cost_row;
-  /// Search of each band of search_tile rows
+  /// Search of each band of search_tile rows.
   std::array<SearchRow, static_cast<std::size_t>(max_search_bands)> search;
 };
 

@@ -26,17 +26,17 @@ Status depth_range_of(const RigidTransform& cam_from_world, const Vec3* points_w
                       double outlier_share, double margin, DepthRange& range);
 
 struct RectificationParams {
-  /// Largest angle between the optical axes; at larger angles the views hardly share ground
+  /// Largest angle between the optical axes; at larger angles the views hardly share ground.
   double max_axes_angle_rad = 1.05;
-  /// Largest turn of either optical axis; the rest up to 90 degrees is for half the field of view
+  /// Largest turn of either optical axis; the rest up to 90 degrees is for half the field of view.
   double max_turn_rad = 0.87;
-  /// Least ratio of the rectified focal length to the image's, when the pair is reduced to fit the limits
+  /// Least ratio of the rectified focal length to the image's, when the pair is reduced to fit the limits.
   double min_scale = 0.5;
   double scale = 1;      ///< factor on the resolution and on its limits; below 1 the pair is coarser and faster
   double margin_px = 2;  ///< added to the disparities at both ends of the range
-  /// Polar: rectified px per image px at a ring's outer edge; at its inner edge there are at most 1.7
+  /// Polar: rectified px per image px at a ring's outer edge; at its inner edge there are at most 1.7.
   double polar_scale = 0.75;
-  /// Polar: ground with less parallax gets no depth; an error of 0.2 px in 4 px is 5 % of the depth
+  /// Polar: ground with less parallax gets no depth; an error of 0.2 px in 4 px is 5 % of the depth.
   double min_parallax_px = 4;
 };
 
