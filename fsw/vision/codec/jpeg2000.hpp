@@ -44,10 +44,10 @@ struct Jpeg2000Params {
 };
 
 struct Jpeg2000Product {
-  std::size_t bytes = 0;
-  int layers = 0;
-  int shift = 0;      ///< shift of the region in bit planes; 0: the file has no region marker
-  int encodings = 0;  ///< number of encoder runs until the ceiling was met
+  std::size_t bytes = 0;  ///< size of the file
+  int layers = 0;         ///< number of quality layers that were written
+  int shift = 0;          ///< shift of the region in bit planes; 0: the file has no region marker
+  int encodings = 0;      ///< number of encoder runs until the ceiling was met
   /// Size of the file when cut after layer i (truncate_to_layers). The last one is `bytes`.
   std::array<std::size_t, limits::max_quality_layers> layer_bytes{};
 };

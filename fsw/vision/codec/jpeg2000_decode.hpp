@@ -13,7 +13,7 @@ namespace ilp {
 struct Jpeg2000Info {
   std::int32_t width = 0;
   std::int32_t height = 0;
-  int bits = 0;
+  int bits = 0;  ///< bits per sample
   bool is_signed = false;
   int layers = 0;
   int wavelet_levels = 0;

@@ -1,12 +1,13 @@
-// The description in a product: lines of text `key=value` that can be read without this software.
+// Metadata of a product: lines of text `key=value` that can be read without this software.
 //
 //   keyframe=17
 //   camera_fx=1182.25
 //   sigma=0x1.3p-7
 //
-// Keys: letters, digits, `_`, `.`, `-`. Values: printable bytes to the end of the line. A double is written as a
-// decimal when at most 15 digits give back exactly the same value, else in C99's hexadecimal form; either is exact and
-// depends on neither locale nor machine. A list is written with single blanks between its numbers.
+// Keys consist of letters, digits, `_`, `.` and `-`; values of printable bytes up to the end of the line. A double is
+// written as a decimal number if at most 15 digits give back exactly the same value, otherwise in C99's hexadecimal
+// form. Both forms are exact and depend on neither locale nor machine. The numbers of a list are separated by single
+// blanks.
 #pragma once
 
 #include <cstddef>

@@ -23,7 +23,7 @@ struct PatchTemplate {
 struct PatchWarp {
   float x = 0, y = 0;
   Linear2 linear;
-  float ncc = 0;
+  float ncc = 0;  ///< normalised cross-correlation at the registered position, -1 to 1
 };
 
 /// Prepares the patch of `side` x `side` px around (x, y). Returns false if the patch or its gradients leave the image,

@@ -1,5 +1,5 @@
-// Estimates the similarity between the cameras of two keyframes of different strips, whose worlds have different units,
-// from common features.
+// Estimates the similarity between the cameras of two keyframes whose worlds have different units, from common
+// features.
 #pragma once
 
 #include <cstdint>

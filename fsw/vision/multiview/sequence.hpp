@@ -33,9 +33,9 @@
 namespace ilp {
 
 struct SequenceParams {
-  std::uint32_t window_keyframes = 5;  ///< paper 3.2.2; 2 to limits::max_window_keyframes
-  RansacParams two_view;               ///< its seed is combined with that of the keyframe
-  double resection_threshold_px = 1.0;
+  std::uint32_t window_keyframes = 5;   ///< paper 3.2.2; 2 to limits::max_window_keyframes
+  RansacParams two_view;                ///< its seed is combined with that of the keyframe
+  double resection_threshold_px = 1.0;  ///< inlier threshold of the resection
   /// The errors of matches have heavy tails, in real and in rendered images: no threshold separates errors of several
   /// sigma from good matches. Cauchy's loss gives such errors little weight, Huber's does not.
   double robust_px = 0.5;  ///< scale of the Cauchy loss, and bound of the Huber loss in the resection
@@ -67,7 +67,7 @@ struct SequenceParams {
 struct PairReport {
   TwoViewVerdict verdict = TwoViewVerdict::too_few_inliers;
   std::uint32_t inliers = 0;
-  double gric_e = 0, gric_h = 0;
+  double gric_e = 0, gric_h = 0;  ///< GRIC of the epipolar geometry and of the homography
   double median_parallax_px = 0;
   double rms_px = 0;
   double sigma_rotation_rad = 0;
@@ -102,8 +102,8 @@ struct SequenceReport {
 struct SequenceCamera {
   std::int64_t keyframe_id = 0;
   Pose pose;
-  bool posed = false;
-  bool final_pose = false;
+  bool posed = false;       ///< `pose` is known
+  bool final_pose = false;  ///< `pose` never changes again
   /// One-sigma position error along the world's axes. The gauge is the world frame: the strip's first camera and the
   /// length of its first baseline are without error (sequence_covariance.hpp). 0 if it is not known, and for the first
   /// camera.
@@ -124,8 +124,8 @@ struct FinalObservation {
   float x = 0, y = 0;  ///< ideal px
 };
 struct FinalPoint {
-  double position[3] = {0, 0, 0};
-  float error_px = 0;  ///< RMS distance between projections and observations
+  double position[3] = {0, 0, 0};  ///< world
+  float error_px = 0;              ///< RMS distance between projections and observations
   FixedVector<FinalObservation, limits::max_track_length> observations;
 };
 

@@ -11,7 +11,7 @@ namespace ilp {
 enum class DisparityKind : std::uint8_t {
   none = 0,       ///< the pixel has no disparity
   measured = 1,   ///< matched by the correlation of the pixel's own window
-  resolved = 2,   ///< chosen between the surfaces beside an edge, with an error that is final (edge_surfaces.hpp)
+  resolved = 2,   ///< chosen between the surfaces beside an edge; later steps keep its error (edge_surfaces.hpp)
   supported = 4,  ///< not matched: taken from the ground around it, and confirmed by the images (gap_support.hpp)
 };
 /// Returns true if the disparity comes from a match of the pixel itself, not from its surroundings.

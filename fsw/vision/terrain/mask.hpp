@@ -57,8 +57,8 @@ void drop_uncertain_depths(double largest_sigma, const DepthView& depth);
 /// and its ground either was not covered, or is seen better `now` than before (at_least_as_well with `finer_steps`);
 /// otherwise it is 0. Returns `invalid_argument` if sizes differ.
 struct MaskCounts {
-  std::uint32_t matched = 0;
-  std::uint32_t newly_seen = 0;
+  std::uint32_t matched = 0;     ///< pixels to which the pair gave depth
+  std::uint32_t newly_seen = 0;  ///< pixels that are set in the mask
 };
 Status newly_seen_mask(ImageView<const float> sigma, const Coverage& coverage, const SeenCells& now,
                        std::int32_t finer_steps, const ImageView<std::uint8_t>& mask, MaskCounts& counts);

@@ -1,15 +1,16 @@
-// Joint covariance of all free cameras of a bundle adjustment, and its dependence on the fixed ones, so that errors can
-// be propagated from window to window along a strip.
+// Joint covariance of all free cameras of a bundle adjustment, and its dependence on the fixed cameras, so that errors
+// can be propagated from window to window along a strip.
 //
-// Parameters of a camera, in this order: rotation vector w in the camera's axes, R <- exp([w]x) R, in rad; centre C in
-// world units. If the fixed cameras have the covariance F (6m x 6m, free of the noise of this window's observations),
-// that of the free ones is
+// Parameters of a camera, in this order: rotation vector w in the camera's axes, R <- exp([w]x) R, rad; centre C, world
+// units. Let F be the covariance of the m fixed cameras, 6m x 6m and independent of the noise of this window's
+// observations. Then the covariance of the free cameras is
 //
-//   conditional + A F A^T,  A = transfer,  and their cross-covariance with the fixed ones is A F.
+//   conditional + A F A^T,  A = transfer,
 //
-// Both follow from the normal equations after the points have been eliminated, S df + S_fm dm = 0 (Triggs et al.,
-// "Bundle Adjustment - A Modern Synthesis", 2000, section 9): the conditional covariance is a multiple of S^-1, the
-// transfer is -S^-1 S_fm. Second derivatives are left out, as in the adjustment itself.
+// and their cross-covariance with the fixed cameras is A F. Both follow from the normal equations after the points have
+// been eliminated, S df + S_fm dm = 0 (Triggs et al., "Bundle Adjustment - A Modern Synthesis", 2000, section 9): the
+// conditional covariance is a multiple of S^-1, the transfer is -S^-1 S_fm. Second derivatives are neglected, as in the
+// adjustment itself.
 #pragma once
 
 #include <array>

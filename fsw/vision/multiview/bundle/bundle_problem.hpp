@@ -24,9 +24,9 @@ struct BundlePoint {
 };
 
 struct BundleObservation {
-  std::uint16_t camera = 0;
-  std::uint16_t point = 0;
-  double x = 0, y = 0;  ///< ideal px
+  std::uint16_t camera = 0;  ///< index into BundleProblem::cameras
+  std::uint16_t point = 0;   ///< index into BundleProblem::points
+  double x = 0, y = 0;       ///< ideal px
 };
 
 /// Holds the distance between camera `anchor` (free) and camera `origin` (the only fixed one) if nothing else
@@ -41,8 +41,8 @@ struct BundleScaleHold {
 /// looks down.
 struct BundleAttitudePrior {
   std::uint16_t camera = 0;
-  double q_cam_from_world[4] = {1, 0, 0, 0};
-  double sigma_rad[3] = {1, 1, 1};  ///< about the camera's axes
+  double q_cam_from_world[4] = {1, 0, 0, 0};  ///< measured attitude, unit quaternion w, x, y, z
+  double sigma_rad[3] = {1, 1, 1};            ///< about the camera's axes
 };
 
 struct BundleProblem {

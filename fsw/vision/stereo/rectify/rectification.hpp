@@ -66,7 +66,7 @@ struct RectifiedPair {
   std::int32_t width = 0, height = 0;  ///< size of both rectified images, px
   double focal_px = 0;                 ///< polar: px per radian of azimuth
   double cx_left = 0, cx_right = 0, cy = 0;
-  double baseline = 0;  ///< units of the world
+  double baseline = 0;  ///< world units
   Mat3 rect_from_left = Mat3::Identity(), rect_from_right = Mat3::Identity();
   FieldOfView field_of_view;
   PolarSector sector;     ///< polar: directions that this pair gives depth for; its images extend a little beyond

@@ -23,7 +23,7 @@ struct RectificationPlan {
   /// There is no depth within an angle about the epipole; this is the angle times the focal length. 0 for homographies.
   double blind_radius_px = 0;
   double resolution = 1;  ///< rectified px per px of the left image, at the pixel where this ratio is smallest
-  double baseline = 0;
+  double baseline = 0;    ///< world units
   /// Largest shift of a point, px of the left image, when its inverse depth changes by 1.
   double disparity_per_inverse_depth_px = 0;
 };
