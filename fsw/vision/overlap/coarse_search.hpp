@@ -1,4 +1,5 @@
-// Exhaustive search for the similarity between two tiny images: every rotation and scale of a grid, every shift.
+// Exhaustive search for the similarity between two images of at most 32 px: every rotation and scale of a grid, every
+// shift.
 //
 // The template is the whole image a, turned and scaled: at a small overlap a smaller template would leave image b.
 // Positions that are covered only in part are normalised over the covered part (decisions.md, 2).
@@ -36,7 +37,7 @@ struct CoarseWorkspace {
   std::array<std::int16_t, canvas_side> span_begin, span_end;                  ///< inside columns of every canvas row
   /// a in its units, each pixel in one word with its right neighbour, which is the upper half.
   Grid<std::uint32_t, coarse_max_side, coarse_max_side> pairs;
-  static constexpr std::int32_t most_lanes = 8;                ///< of sums
+  static constexpr std::int32_t most_lanes = 8;                ///< sums that are computed at once
   std::array<std::int32_t, canvas_side + byte_vector_px> row;  ///< of the canvas
   /// Sums over the canvas left of x and above y: pixels inside, values, squares. Each row begins with that of the whole
   /// width and ends with 0; then there is room for the end of a vector.
@@ -55,8 +56,9 @@ struct CoarseWorkspace {
   Grid<float, max_shifts + 1, max_shifts> scores;  ///< and room for a whole vector
 };
 
-/// Best distinct peaks, best first. Images have one size, with sides of at most coarse_max_side; grey values in units
-/// of 2^-coarse_value_bits. `invalid_argument` (too large), `image_size_changed`.
+/// Finds the best distinct peaks, best first. Both images have the same size, with sides of at most coarse_max_side,
+/// and grey values in units of 2^-coarse_value_bits. Returns `invalid_argument` if they are larger,
+/// `image_size_changed` if their sizes differ.
 Status search_coarse(CoarseView a, CoarseView b, const OverlapParams& params, CoarseWorkspace& workspace,
                      CoarseCandidates& candidates);
 

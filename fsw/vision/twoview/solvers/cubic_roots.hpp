@@ -32,7 +32,7 @@ inline double improved_root_of_cubic(double b, double c, double d, double x) {
   return std::isfinite(move) ? x - move : x;
 }
 
-/// A real root of x^3 + b x^2 + c x + d; of three the one that lies alone on its side of the inflection.
+/// A real root of x^3 + b x^2 + c x + d. If there are three, it is the one alone on its side of the inflection.
 inline double real_root_of_cubic(double b, double c, double d) {
   // t^3 + slope t + offset with t = x - inflection: its roots are within 2 sqrt(|slope| / 3) + cbrt(|offset|). From
   // there, on the side of the outermost root, Newton's method approaches without turning back.
