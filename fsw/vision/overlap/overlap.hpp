@@ -51,7 +51,8 @@ Status measure_overlap(GrayView image_a, GrayView image_b, const OverlapParams& 
                        OverlapResult& result);
 
 /// measure_overlap in two steps, for a keyframe that is compared with many images: prepare_overlap computes its
-/// template once. `image` must stay alive and unchanged as long as the template is used.
+/// template once. `image` must stay alive and unchanged as long as the template is used. Returns `not_ready` if the
+/// template was not prepared, otherwise the same errors.
 Status prepare_overlap(GrayView image, OverlapTemplate& keyframe, OverlapWorkspace& workspace);
 Status measure_overlap(const OverlapTemplate& keyframe, GrayView image_b, const OverlapParams& params,
                        OverlapWorkspace& workspace, OverlapResult& result);

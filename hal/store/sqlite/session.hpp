@@ -121,7 +121,7 @@ inline Status flush_own(Session& s) {
   return s.log.unsynchronised ? flush(s) : Status{};
 }
 /// Restarts the log if it is long or the disk is full. Called before every transaction. Returns `store_full` if the log
-/// has reached its capacity.
+/// stays above its capacity.
 Status make_room(Session& s);
 /// SQLite calls this after every commit. It copies a long log into the database; if this fails, it is tried again after
 /// the next commit.
