@@ -31,8 +31,8 @@ struct MapPlan {
 [[nodiscard]] double image_pixel_m(const CameraModel& camera, const RigidTransform& camera_from_map, double ground_m);
 /// Least ratio of the working pixel to the image's pixel: a finer comparison costs more and gains nothing.
 inline constexpr double least_map_image_pixels = 4.5;
-/// The working pixel for comparing images, m: the map's pixel, or a larger one so that it has least_map_image_pixels
-/// and the image fits into max_map_sheet_side with a margin.
+/// The working pixel for comparing images, m: the map's pixel, or a larger one if the ratio least_map_image_pixels
+/// needs it, or if the image would not fit into max_map_sheet_side with a margin.
 [[nodiscard]] double map_working_pixel_m(const CameraModel& camera, double image_pixel_m, double map_pixel_m);
 /// Least ratio of the working pixel to the image's pixel for relief: depths belong to cells of 8 px. The map's heights
 /// may be farther apart than the working pixel: interpolated heights are as accurate as the keyframe's own, and larger
