@@ -76,7 +76,7 @@ template <bool plain>
 [[nodiscard]] CameraModel with_focal_length(const CameraModel& camera, double factor);
 /// The inverse of distort() by Newton's method: at most 20 steps, to 1e-13 in normalised coordinates.
 [[nodiscard]] Vec2 undistort(const CameraModel& camera, const Vec2& distorted);
-/// undistort() of `count` points in place; the results have the same bits.
+/// undistort() of `count` points in place, with bitwise the same results.
 void undistort(const CameraModel& camera, std::int32_t count, double* x, double* y);
 
 /// Normalised coordinates of a pixel of the real (distorted) image.

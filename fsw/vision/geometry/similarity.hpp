@@ -24,7 +24,7 @@ inline constexpr int similarity_covariance_elements = 28;  ///< the lower triang
 [[nodiscard]] Similarity compose(const Similarity& c_from_b, const Similarity& b_from_a);
 [[nodiscard]] Similarity inverse(const Similarity& b_from_a);
 
-/// b_from_a followed by the step in frame b. The rotation and the scale are exact, whatever their size.
+/// b_from_a followed by the step in frame b. The rotation and the scale are exact for steps of any size.
 [[nodiscard]] Similarity stepped(const SimilarityStep& step, const Similarity& b_from_a);
 /// The step that takes `from` to `to`, both b_from_a: stepped(step, from) = to.
 [[nodiscard]] SimilarityStep step_between(const Similarity& from, const Similarity& to);

@@ -1,5 +1,5 @@
-// Small symmetric systems of linear equations. Eigen's solver takes the compiler seconds for every size, so it is
-// compiled once.
+// Solves small symmetric systems of linear equations. Eigen's solver takes seconds to compile for each size, so it is
+// compiled only once.
 #pragma once
 
 #include "fsw/vision/geometry/types.hpp"

@@ -20,6 +20,7 @@ namespace ilp {
 /// Derivatives of x and y of the point `ground`, which stays on level ground in the same line of sight, with respect to
 /// a small change of the pose (MapPrior).
 [[nodiscard]] Eigen::Matrix<double, 2, 6> ground_by_pose(const RigidTransform& camera_from_map, const Vec3& ground);
+/// Covariance of x and y of this point, m^2, for the covariance of the pose.
 [[nodiscard]] Mat2 ground_covariance(const RigidTransform& camera_from_map, const Vec3& ground,
                                      const PoseCovariance& covariance);
 /// The larger semi-axis of the one-sigma ellipse.

@@ -29,26 +29,26 @@ struct MapPlan {
 /// Size of the image's middle pixel on level ground at the height `ground_m`, m. 0 if the camera does not look down on
 /// that ground.
 [[nodiscard]] double image_pixel_m(const CameraModel& camera, const RigidTransform& camera_from_map, double ground_m);
-/// Least number of image pixels along a working pixel: a finer comparison costs more and gains nothing.
+/// Least ratio of the working pixel to the image's pixel: a finer comparison costs more and gains nothing.
 inline constexpr double least_map_image_pixels = 4.5;
-/// The working pixel for comparing images, m: the map's pixel, or a larger one so that it has least_map_image_pixels
-/// and the image fits into max_map_sheet_side with a margin.
+/// The working pixel for comparing images, m: the map's pixel, or a larger one if the ratio least_map_image_pixels
+/// needs it, or if the image would not fit into max_map_sheet_side with a margin.
 [[nodiscard]] double map_working_pixel_m(const CameraModel& camera, double image_pixel_m, double map_pixel_m);
-/// Least number of image pixels along a working pixel of relief: depths belong to cells of 8 px. The map's heights may
-/// be farther apart than the working pixel: interpolated heights are as accurate as the keyframe's own, and larger
+/// Least ratio of the working pixel to the image's pixel for relief: depths belong to cells of 8 px. The map's heights
+/// may be farther apart than the working pixel: interpolated heights are as accurate as the keyframe's own, and larger
 /// pixels leave too few patches.
 inline constexpr double least_relief_image_pixels = 12;
 /// The working pixel for comparing relief, m.
 [[nodiscard]] double map_relief_pixel_m(double image_pixel_m, double map_pixel_m);
-/// Side of a patch (16, 12 or 8 px) for a number of image pixels along a working pixel. For relief it is
+/// Side of a patch (16, 12 or 8 px) for a ratio of the working pixel to the image's pixel. For relief it is
 /// map_relief_patch_px, which the caller puts into the plan.
 [[nodiscard]] std::int32_t map_patch_px(double image_pixels);
 
 /// Plans the window around the ground that the keyframes see according to the prior, or around the middle of it if it
 /// is too large. The search range is three standard deviations of the ground position, at least least_map_search_px.
 /// Returns `capacity_exceeded` (a, b: needed and largest px) if that is more than most_map_search_px: a larger working
-/// pixel is needed. Returns `not_found` if a camera does not look down on the ground, `invalid_argument` if the pixel,
-/// the keyframes or a camera are invalid.
+/// pixel is needed. Returns `not_found` if a camera does not look down on the ground, `invalid_argument` if the pixel
+/// is invalid or there is no keyframe, and the errors of validate(camera).
 Result<MapPlan> plan_map_window(std::span<const MapKeyframe> keyframes, const MapPrior& prior, double ground_m,
                                 double pixel_m);
 

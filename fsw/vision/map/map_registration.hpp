@@ -24,7 +24,7 @@
 namespace ilp {
 
 struct MapRegistrationParams {
-  double sun_limit_rad = 1.05;  ///< for `relit`: largest azimuth between the suns; beyond it, relief is lit from behind
+  double sun_limit_rad = 1.05;  ///< for `relit`: largest azimuth between both suns; beyond it, other sides are lit
   double ambient = 0.25;        ///< share of the light on level ground that comes from the sky
   double min_evidence = 10;     ///< least vote_evidence() of a fix; wrong ground has reached 6.5
   double patch_sigma_px = 0.1;  ///< least standard deviation of a patch's position, px

@@ -16,9 +16,9 @@ struct OverlapParams {
   double predicted_rotation_rad = 0;  ///< from the previous pair, or from attitude sensors
   double predicted_scale = 1;
   double max_rotation_rad = 0.35;  ///< searched to both sides of the prediction; pi is a full turn
-  double max_scale = 1.25;         ///< searched from 1 / max_scale to max_scale times the prediction; total up to 1.5
-  double min_ncc = 0.4;            ///< least NCC of the best peak; wrong peaks on real terrain stay below 0.3
-  double min_region_ncc = 0.45;    ///< least region_ncc of the result: a wrong match fits only in some parts
+  double max_scale = 1.25;       ///< searched from 1 / max_scale to max_scale times the prediction; 1.5 is the largest
+  double min_ncc = 0.4;          ///< least NCC of the best peak; wrong peaks on real terrain stay below 0.3
+  double min_region_ncc = 0.45;  ///< least region_ncc of the result: a wrong match fits only in some parts
 };
 
 struct OverlapResult {
@@ -28,8 +28,9 @@ struct OverlapResult {
   /// Homography of the ground's plane (row-major, last element 1, full-resolution pixels). Unlike `b_from_a` it models
   /// a tilt of the camera.
   double plane_b_from_a[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-  double ncc = 0;  ///< NCC of the best peak; the mean of every block is removed first, so that shading and large
-  ///< dark patches alone do not correlate
+  /// NCC of the best peak. The mean of every block is removed first, so that shading and large dark patches alone do
+  /// not correlate.
+  double ncc = 0;
   double ncc_second = 0;  ///< NCC of the best other peak that was registered; 0 if there is none
   double sigma_px = 0;    ///< standard deviation of the shift, full-resolution pixels
   /// Weakest NCC among the parts of image a (4 x 4) that b shows at least half of. It is the smaller of two values: the
@@ -51,7 +52,8 @@ Status measure_overlap(GrayView image_a, GrayView image_b, const OverlapParams& 
                        OverlapResult& result);
 
 /// measure_overlap in two steps, for a keyframe that is compared with many images: prepare_overlap computes its
-/// template once. `image` must stay alive and unchanged as long as the template is used.
+/// template once. `image` must stay alive and unchanged as long as the template is used. Returns `not_ready` if the
+/// template was not prepared, otherwise the same errors.
 Status prepare_overlap(GrayView image, OverlapTemplate& keyframe, OverlapWorkspace& workspace);
 Status measure_overlap(const OverlapTemplate& keyframe, GrayView image_b, const OverlapParams& params,
                        OverlapWorkspace& workspace, OverlapResult& result);
@@ -62,11 +64,11 @@ struct ImageQuality {
   double stddev = 0;     ///< grey levels
   double sharpness = 0;  ///< of the least sharp direction, see assess_image()
 };
-/// Sharpness compares the squared grey differences of neighbours with those of pixels two apart, in each of four
-/// directions, and takes the smallest ratio: 0 for a smooth image (differences grow with the distance), 1 for white
-/// noise. It detects blur in one direction (motion) as well as in all. measure_overlap computes it at quarter
-/// resolution, where the camera's noise no longer counts: sharp terrain has 0.2 to 0.4 there, blurred over 9 px 0.1,
-/// over 15 px below 0.06.
+/// Measures mean, standard deviation and sharpness. Sharpness is the smallest ratio, over four directions, of the
+/// squared grey differences of neighbours to those of pixels two apart, scaled so that a smooth image has 0
+/// (differences grow with the distance) and white noise 1. It detects blur in one direction (motion) as well as in all.
+/// measure_overlap computes it at quarter resolution, where the camera's noise no longer counts: sharp terrain has 0.2
+/// to 0.4 there, blurred over 9 px 0.1, over 15 px below 0.06.
 [[nodiscard]] ImageQuality assess_image(GrayView image);
 
 /// Share of the area of image a that the similarity maps into image b. Both images have `width` x `height` pixels.

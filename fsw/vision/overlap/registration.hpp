@@ -50,7 +50,8 @@ struct RegistrationTemplate {
 };
 
 /// Image b with each 2 x 2 pixels in one word, so that a bilinear sample is one load. From the lowest byte: the pixel,
-/// its right neighbour, its lower neighbour, and its lower right neighbour. The last column and row have no words.
+/// its right neighbour, its lower neighbour, and its lower right neighbour. The words of the last column and row are
+/// not written.
 class RegistrationImage {
  public:
   /// Returns `image_too_large` if a side is above registration_max_side.

@@ -29,10 +29,10 @@ inline constexpr std::int32_t wide_unrelated = 36;
 
 /// One rotation and scale: how image a is drawn on a canvas, and the shifts of the canvas over b.
 struct WidePose {
-  std::int32_t start_x, start_y;    ///< position of the canvas's first sample in a, px with 16 fractional bits
-  std::int32_t step_x, step_y;      ///< from a sample to the next one of its row; (-step_y, step_x) to the next row
-  std::int32_t columns, rows;       ///< size of the canvas, samples
-  std::int32_t left, top;           ///< px of b under the first sample, at the first shift
+  std::int32_t start_x, start_y;  ///< position of the canvas's first sample in a, px with 16 fractional bits
+  std::int32_t step_x, step_y;    ///< step in a from a sample to the next in its row; (-step_y, step_x) to the next row
+  std::int32_t columns, rows;     ///< size of the canvas, samples
+  std::int32_t left, top;         ///< px of b at the canvas's first sample, at the first shift
   std::int32_t shifts_x, shifts_y;  ///< number of shifts, wide_shift_px apart
   std::int32_t min_count;           ///< a shift needs at least this many samples that count
   std::int32_t reserved;

@@ -1,8 +1,8 @@
 // Averages the poses that fit a motion towards a point that the camera sees. Near the epipole, noise decides where a
-// match lies on its epipolar line. So the cost has a local minimum wherever the epipole comes to lie between some
-// matches. There are many of them in a valley several degrees wide, and the lowest one is not the nearest to the truth.
-// Sources: J. Oliensis, "The least-squares error for structure from infinitesimal motion", IJCV 2005; A. Chiuso, R.
-// Brockett, S. Soatto, "Optimal structure from motion", IJCV 2000.
+// match lies on its epipolar line. The cost therefore has many local minima, with the epipole between different
+// matches, in a valley several degrees wide. The lowest minimum is not the nearest to the truth. Sources: J. Oliensis,
+// "The least-squares error for structure from infinitesimal motion", IJCV 2005; A. Chiuso, R. Brockett, S. Soatto,
+// "Optimal structure from motion", IJCV 2000.
 #pragma once
 
 #include "fsw/base/geometry.hpp"

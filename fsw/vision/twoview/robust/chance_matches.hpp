@@ -5,10 +5,10 @@
 
 namespace ilp {
 
-/// A false match that happens to lie on its epipolar line has a depth far from the terrain's. Over nearly flat terrain
-/// one such match outweighs all the others in the directions that a plane leaves weak. This function therefore removes
-/// matches whose transfer error under the inliers' homography is much larger than that of the terrain's relief. If
-/// there are more of them than chance explains, they are rocks and cliffs, and all matches stay.
+/// A false match that lies on its epipolar line by chance has a depth far from the terrain's. Over nearly flat terrain,
+/// one such match outweighs all others in the parameters that a plane determines weakly. This function therefore
+/// removes matches whose transfer error under the inliers' homography is much larger than that of the terrain's relief.
+/// If there are more of them than chance explains, they are rocks and cliffs, and all matches stay.
 ///
 /// `supported` are the matches of `all` within `bound_px` of the epipolar geometry, and `homography` is fitted to them.
 /// `image_side_px` is the smaller side of image b. `kept` receives the indices into `all` of the matches that stay.

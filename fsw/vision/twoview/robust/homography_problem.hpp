@@ -1,4 +1,4 @@
-// The homography as a problem for ransac().
+// The homography as a problem for ransac(), and its robust estimate.
 #pragma once
 
 #include "fsw/vision/twoview/robust/ransac.hpp"

@@ -1,4 +1,5 @@
-// Real roots of a cubic: one by Newton's method from a start that cannot miss it, the others in closed form.
+// Finds the real roots of a cubic: the first by Newton's method from a start that always converges, the others in
+// closed form.
 #pragma once
 
 #include <bit>
@@ -17,7 +18,7 @@ inline int append_quadratic_roots(double a, double b, double c, double (&roots)[
   return count;
 }
 
-/// A power of two that is at least the cube root of the positive `x`, and at most twice as large.
+/// A power of two between the cube root of `x` (> 0) and twice this root.
 inline double power_above_cube_root(double x) {
   constexpr int bias = 1023;
   const int exponent = static_cast<int>(std::bit_cast<std::uint64_t>(x) >> 52U) - bias;

@@ -1,4 +1,4 @@
-// The plane-induced map of one image onto another: x_b ~ H x_a.
+// Computes and decomposes homographies, the plane-induced maps of image a to image b: x_b ~ H x_a.
 #pragma once
 
 #include "fsw/vision/twoview/solvers/normalised_pairs.hpp"
@@ -7,8 +7,8 @@
 namespace ilp {
 
 /// The homography through four matches (indices into pairs.exact). Returns false if three of the points are on a line
-/// in either image, or if the map reverses the orientation of one of the triangles: no plane that both cameras see does
-/// that.
+/// in either image, or if the map reverses the orientation of a triangle, which is impossible for a plane that both
+/// cameras see.
 bool homography_from_four(const NormalisedPairs& pairs, const std::uint16_t sample[4], Mat3& homography);
 
 /// Writes the motions and planes that explain a homography between normalised coordinates: two motions, each with both
