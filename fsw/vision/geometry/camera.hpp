@@ -20,8 +20,7 @@ inline constexpr double max_view_angle_deg = 75;
 /// Checks a camera: finite values; an image size within the limits; focal lengths above 1 px and within max_focal_sides
 /// and max_pixel_aspect; a principal point at most one image size outside the image; a distortion that is invertible
 /// over the whole image; for a fisheye, a view of at most max_view_angle_deg from its axis; a readout of at most
-/// max_readout_s (not checked for a fisheye). Returns `image_too_large`, or `invalid_argument` with the name of the
-/// field.
+/// max_readout_s. Returns `image_too_large`, or `invalid_argument` with the name of the field.
 Status validate(const CameraModel& camera);
 /// As validate(), without the largest size: for a camera whose images are reduced before the flight.
 Status validate_of_any_size(const CameraModel& camera);
