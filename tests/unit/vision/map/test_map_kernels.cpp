@@ -139,7 +139,7 @@ TEST(MapPose, WhatFitsWorseIsAlsoOffAsAWhole) {
   const auto east_variance = [&scene](double share, double growth) {
     PoseScene copy = scene;
     MapPose pose;
-    EXPECT_TRUE(solve_map_pose(copy.sightings, copy.prior, {0.8, 0.5, 1, 0, share, growth}, pose));
+    EXPECT_TRUE(solve_map_pose(copy.sightings, copy.prior, {0.8, 0.5, 1, share, growth}, pose));
     return pose.covariance(3, 3);
   };
   PoseScene copy = scene;
