@@ -42,7 +42,7 @@ struct HeightErrors {
 
 /// Collects the errors of a strip. Those of the keyframes come from the records of poses and depths. Those of the strip
 /// come from its control points if these have placed it, else from the record of its frame (the vehicle's navigation).
-/// Without both, only the scale has an error, and only if an altimeter has set it.
+/// With neither, only the error of the scale is known, and only if an altimeter has set the scale.
 [[nodiscard]] HeightErrors height_errors_of(const intake::Flight& flight, const intake::Strip& strip);
 
 }  // namespace ilp::map

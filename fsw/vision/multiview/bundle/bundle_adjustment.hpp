@@ -17,8 +17,8 @@ namespace ilp {
 class BundleAdjuster {
  public:
   /// Begins an adjustment. Returns `invalid_argument` if a value is not finite, an index is out of range, or a point
-  /// has two observations by one camera; it names camera, point, observation, parameters or scale hold, with the index
-  /// if there are several. Returns `no_model` if no observation can be used.
+  /// has two observations by one camera; the status says which: camera, point, observation, parameters or scale hold,
+  /// and its index. Returns `no_model` if no observation can be used.
   Status begin(BundleProblem& problem, const BundleParams& params);
   /// Continues from `progress`, which an earlier `begin` or `step` left together with this problem. The observations
   /// that `begin` dropped must have been removed.
@@ -26,8 +26,8 @@ class BundleAdjuster {
   /// Does one iteration: linearises, solves, and tries the step. Does nothing when the adjustment is done.
   Status step();
   [[nodiscard]] const BundleProgress& progress() const { return progress_; }
-  /// Restores a held distance exactly and computes errors and covariances. The joint covariance is computed only if
-  /// `joint` is given.
+  /// If the problem holds a distance, restores it exactly. Computes errors and covariances. The joint covariance is
+  /// computed only if `joint` is given.
   Status finish(BundleResult& result, BundleCovariance* joint = nullptr);
   /// Runs begin, then step until it is done, then finish.
   Status run(BundleProblem& problem, const BundleParams& params, BundleResult& result,
