@@ -1,5 +1,5 @@
-// The enumerations that mission parameters take their values from. A mission file may give a value by its name or by
-// its number; the link and the stored settings carry the number.
+// The enumerations of mission parameters. A mission file gives a value by its name or its number; the link and stored
+// settings use the number.
 #pragma once
 
 #include "fsw/base/enumeration.hpp"
@@ -24,13 +24,13 @@ ILP_ENUMERATION(Authentication, (0, none, "nothing is"), (1, telecommands, "tele
 ILP_ENUMERATION(GroundSystem, (0, standard, "the project's own"), (1, fsfw, "Flight Software Framework"),
                 (2, yamcs, "Yamcs"))
 
-/// The body whose figure relates longitude and latitude to metres.
+/// The body whose ellipsoid relates longitude and latitude to metres.
 ILP_ENUMERATION(Body, (0, none, "positions are not used"), (1, mars, ""), (2, titan, ""), (3, venus, ""), (4, moon, ""),
                 (5, earth, ""))
 
 namespace cfdp {
 
-/// SANA registry of CFDP checksum types, the supported ones.
+/// The supported checksum types of SANA's registry of CFDP checksum types.
 ILP_ENUMERATION(ChecksumType, (0, modular, "sum of words of 4 octets, the first octet of a word the most significant"),
                 (2, crc32c, "CRC-32C, the Castagnoli polynomial"), (3, crc32, "CRC-32, that of Ethernet"),
                 (15, null, "no checksum: always 0"))

@@ -9,8 +9,8 @@ namespace ilp {
 enum class FileClass : std::uint8_t { products, records, points, events, count };
 inline constexpr std::size_t file_classes = static_cast<std::size_t>(FileClass::count);
 
-/// Shares of all bytes sent, in thousandths; the rest follows the usual order. The index is FileClass: products and the
-/// files that are needed to use them come first, but no class waits for ever.
+/// Guaranteed share of each FileClass in all bytes sent, in thousandths. The remaining bytes follow the usual order.
+/// The shares keep any class from waiting for ever.
 inline constexpr std::int64_t link_share_permille[file_classes] = {500, 200, 50, 50};
 
 constexpr std::int64_t sum_of_link_shares() {

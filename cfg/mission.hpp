@@ -29,7 +29,7 @@ struct MissionParameters {
 #undef FLAG
 };
 
-/// When a value that is set in flight takes effect: immediately, or with the next start of the flight software.
+/// When a value that is set in flight takes effect: at once, or at the next start of the flight software.
 enum class Acts : std::uint8_t { at_once, next_start };
 
 /// A row of cfg/parameters.inc.
@@ -38,33 +38,33 @@ struct ParameterInfo {
   const char* section;
   const char* key;
   std::uint16_t offset;  ///< bytes into MissionParameters
-  FieldType stored;      ///< how MissionParameters holds it; a flag and a choice as u8
-  FieldType type;        ///< how the link carries it
+  FieldType stored;      ///< type in MissionParameters; u8 for a flag or a choice
+  FieldType type;        ///< type on the link
   const char* unit;
   double minimum, maximum;
-  EnumValues choices;  ///< of a flag or a choice; empty otherwise
+  EnumValues choices;  ///< values of a flag or a choice; empty for other parameters
   Acts acts;
   const char* description;
 };
 
 [[nodiscard]] std::size_t parameter_count();
 [[nodiscard]] const ParameterInfo& parameter_info(std::size_t index);
-/// The index of a parameter; parameter_count() when no parameter has this name or number.
+/// The index of a parameter with this name or number; parameter_count() if there is none.
 [[nodiscard]] std::size_t find_parameter(const char* section, const char* key);
 [[nodiscard]] std::size_t find_parameter(std::uint64_t number);
 
-/// Any value as a number: the number of a choice, 0 or 1 for a flag.
+/// The value of a parameter as a number: the number of a choice, 0 or 1 for a flag.
 [[nodiscard]] double parameter_value(const MissionParameters& mission, std::size_t index);
 
-/// `not_found` for an unknown name; `parameter_out_of_range` for a value that is out of range or not a number, or that
-/// has a fraction where the type is a whole number, a choice or a flag.
+/// Sets a parameter. Returns `not_found` for an unknown name, and `parameter_out_of_range` for a value that is out of
+/// range or NaN, or that has a fraction although the parameter is an integer, a choice or a flag.
 Status set_parameter(MissionParameters& mission, const char* section, const char* key, double value);
 Status set_parameter(MissionParameters& mission, std::size_t index, double value);
-/// `parameters_contradict` with the first relation between parameters that does not hold (cfg/relations.hpp). A single
-/// range cannot state these.
+/// Checks the relations between parameters. Returns `parameters_contradict` with the first Relation that does not hold.
 Status validate(const MissionParameters& mission);
 
-/// decisions.md, 5: ceil(1 / (1 - target overlap)), unless the mission names a length.
+/// Number of keyframes in an adjustment window: ceil(1 / (1 - target overlap)) (decisions.md, 5), unless the mission
+/// sets a length.
 [[nodiscard]] std::uint32_t window_length(const MissionParameters& mission);
 
 }  // namespace ilp

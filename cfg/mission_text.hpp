@@ -1,5 +1,5 @@
-// Mission parameters as text: [section] key = value, where ';' and '#' begin comments. Files on board, files from the
-// ground and files on a host are parsed piece by piece with this grammar.
+// Parser of mission files: mission parameters as text, [section] key = value, where ';' and '#' begin comments. Files
+// on board, files from the ground and files on a host have the same grammar.
 #pragma once
 
 #include <cstddef>
@@ -18,16 +18,16 @@ struct MissionEntry {
   char value[32] = {};
 };
 
-/// Takes a text in pieces of any size and sets all of its parameters or none. Lines have at most 255 octets.
+/// Takes a text in parts of any size, and sets either all of its parameters or none. Lines have at most 255 octets.
 class MissionText {
  public:
-  /// Values that the text does not name stay as they are in `mission`.
+  /// Parameters that the text does not name keep the values of `mission`.
   explicit MissionText(const MissionParameters& mission) : mission_(mission) {}
 
   void add(std::span<const std::uint8_t> text);
-  /// Call it after the last piece. `parse_error` (a = line) for a malformed line, `not_found` (a = line) for an unknown
-  /// parameter, `parameter_out_of_range` (b = line) for a value that the parameter cannot have, or the Status of
-  /// validate(). `mission` changes only if the whole text is right.
+  /// Call it after the last part. Returns `parse_error` (first value: line) for a malformed line, `not_found` (first
+  /// value: line) for an unknown parameter, `parameter_out_of_range` (second value: line) for a value that the
+  /// parameter cannot have, or the fault of validate(). `mission` changes only if there is no fault.
   Status finish(MissionParameters& mission);
   /// The entry of the first fault.
   [[nodiscard]] const MissionEntry& fault() const { return fault_; }
@@ -47,12 +47,12 @@ class MissionText {
   char section_[32] = {};
 };
 
-/// A decimal number with an optional exponent, as the nearest double; `false` for anything else.
+/// Reads a decimal number with an optional exponent, as the nearest double. Returns `false` for other text.
 [[nodiscard]] bool parse_decimal(const char* text, double& value);
 
-/// Reads the value of a parameter from a decimal number, the name of a choice, or `true` or `false` of a flag. An angle
-/// is in radians, or in degrees if `deg` follows the number. Returns `false` for other text; set_parameter checks the
-/// range.
+/// Reads the value of a parameter: a decimal number, the name of a choice, or `true` or `false` for a flag. An angle is
+/// in radians, or in degrees if `deg` follows the number. Returns `false` for other text. The range is not checked
+/// here, but by set_parameter.
 [[nodiscard]] bool parse_value(const ParameterInfo& info, const char* text, double& value);
 
 }  // namespace ilp

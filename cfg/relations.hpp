@@ -1,4 +1,4 @@
-// What must hold between mission parameters, apart from the range of each.
+// The relations that must hold between mission parameters, in addition to the range of each.
 #pragma once
 
 #include "fsw/base/enumeration.hpp"

@@ -1,5 +1,5 @@
-// The executive's table: when each component runs, for how long, what wakes it, what it reads and writes. It shows the
-// life of an image on one page.
+// The executive's table: for each component when it runs, its processor time, and which tables wake it and which it
+// reads and writes. The order of its rows is the order in which the data of an image flow.
 #pragma once
 
 #include <cstdint>
@@ -9,8 +9,8 @@
 
 namespace ilp {
 
-/// The number of a component on the link and in stores (tests/unit/cfg/numbers.txt). No component gets a number that
-/// another one has had.
+/// The number of a component on the link and in stores (tests/unit/cfg/numbers.txt). The number of a removed component
+/// is never used again.
 enum class ComponentId : std::uint8_t {
   none,  ///< the executive, or the start of the flight
   telecommander = 1,
@@ -42,45 +42,45 @@ enum class OldState : std::uint8_t {
 /// The process that may run a stage when several share the flight (docs/several-machines.md).
 enum class RunsOn : std::uint8_t {
   any,     ///< it needs nothing but the store
-  primary  ///< it needs the camera, a link or the memory of the process that has them
+  primary  ///< it needs the camera, a link, or the memory of the process that has the camera and the links
 };
 
-/// The layout numbers of a component's states. A number is raised with a change of meaning.
+/// The layout numbers of a component's checkpoint states. A number is raised when the meaning of the state changes.
 struct StateLayout {
   std::uint32_t number = 0;
-  std::uint32_t second = 0;  ///< of another kind of state that the component may have instead; 0: there is none
+  std::uint32_t second = 0;  ///< layout of another kind of state, which the component may have instead; 0: none
   OldState old = OldState::refused;
 };
 
-/// A component of the flight. Everything else about it follows from its row: its place in the order and its time, its
-/// part of the store (which the compiler enforces, fsw/executive/stage_component.hpp), its checkpoints and its pages.
+/// A row of the table: a component of the flight. Its position in the order of steps, its access to the store (enforced
+/// by the compiler, fsw/executive/stage_component.hpp), its checkpoints and its pages follow from the row.
 struct Stage {
   ComponentId component = ComponentId::none;
   const char* name = "";
   const char* page = "";   ///< folder of fsw whose design.md describes it
   RecordMask wakes = 0;    ///< a change of these tables wakes it
   RecordMask reads = 0;    ///< in addition to those that it writes, changes or erases
-  RecordMask writes = 0;   ///< it makes these records
+  RecordMask writes = 0;   ///< it makes records of these tables
   RecordMask changes = 0;  ///< it replaces records that another component has made
   RecordMask erases = 0;
   std::uint32_t period = 0;  ///< minor frames after which it runs without being woken; 0: it runs only when woken
-  TimeNs budget_ns = 0;      ///< processor time of one step; longer is an overrun
+  TimeNs budget_ns = 0;      ///< processor time of one step; a longer step counts as an overrun
   bool step_memory = false;  ///< it uses the memory that stages share (fsw/shared/step_memory.hpp)
   StateLayout state = {};
   RunsOn runs_on = RunsOn::any;
 };
 
 inline constexpr TimeNs minor_frame_ns = 100 * ns_per_ms;
-/// Bound on the steps of one minor frame. In virtual time there is no other bound.
+/// Most steps in one minor frame. In virtual time there is no other bound.
 inline constexpr std::uint32_t max_steps_per_frame = 20'000;
-/// A component that reports this many faults without a good step in between waits for the next minor frame.
+/// After this number of faults without a successful step in between, a component waits for the next minor frame.
 inline constexpr std::uint32_t max_faults_in_a_row = 32;
-/// A component that found the store full tries again after this many minor frames. Each attempt repeats its work.
+/// Minor frames after which a component that found the store full tries again. Each attempt repeats its work.
 inline constexpr std::int64_t full_store_retry_frames = 50;
-/// After a fault that may pass a component is tried again in the next minor frame, then after 2, 4, ... up to this
-/// many.
+/// The longest pause, in minor frames, after a transient fault of a component. The pause is 1 minor frame at first and
+/// doubles with each further fault.
 inline constexpr std::int64_t longest_pause_frames = 64;
-/// After such a fault an input is read at most this many times, within 70 s, before it gets a verdict.
+/// Most attempts, within 70 s, to read an input with transient faults before the input gets a verdict.
 inline constexpr std::uint32_t most_read_attempts = 16;
 
 namespace stage_rows {
@@ -88,7 +88,7 @@ using enum RecordType;
 
 inline constexpr RecordMask every_table = mask_of(count) - 1;
 
-// In the order in which data flow, which is the order of steps.
+// In the order in which data flow, which is also the order of steps.
 inline constexpr Stage rows[] = {
     // The first stages are driven by time, so that a command takes effect within the same minor frame.
     {.component = ComponentId::telecommander,
@@ -171,7 +171,7 @@ inline constexpr Stage rows[] = {
      .writes = mask_of(depth, mask),
      .budget_ns = 50 * ns_per_ms,
      .state = {.number = 3}},
-    // Beside the memory of places: the ground of the keyframe on the map of an orbiter, whose files its process has.
+    // Finds the ground of a keyframe on an orbiter's map. The primary has the files of the map.
     {.component = ComponentId::map_fix,
      .name = "map_fix",
      .page = "localisation",
@@ -182,7 +182,7 @@ inline constexpr Stage rows[] = {
      .step_memory = true,
      .state = {.number = 1, .old = OldState::dropped},
      .runs_on = RunsOn::primary},
-    // Between a keyframe's depth and everything that is made of its mask.
+    // Runs between a keyframe's depth and all stages that use its mask, because it changes the mask.
     {.component = ComponentId::place_memory,
      .name = "place_memory",
      .page = "places",
@@ -212,7 +212,7 @@ inline constexpr Stage rows[] = {
      .budget_ns = 100 * ns_per_ms,
      .step_memory = true,
      .state = {.number = 2}},
-    // It also runs without being woken, because frames that no other stage reads wake nobody.
+    // It also runs without being woken, because frames that no other stage reads wake no stage.
     {.component = ComponentId::storage_manager,
      .name = "storage_manager",
      .page = "storage",
@@ -227,7 +227,7 @@ inline constexpr Stage rows[] = {
      .budget_ns = 20 * ns_per_ms,
      .step_memory = true,
      .state = {.number = 3}},
-    // Driven by time too: the link carries a number of bytes per second, and confirmations come at any time.
+    // Also driven by time, because the link has a rate in bytes per second, and confirmations come at any time.
     {.component = ComponentId::downlink,
      .name = "downlink",
      .page = "downlink",
@@ -262,7 +262,7 @@ inline constexpr Stage rows[] = {
      .budget_ns = 5 * ns_per_ms,
      .state = {.number = 1},
      .runs_on = RunsOn::primary},
-    // Reads through what is stored and what is in memory, a little at a time.
+    // Reads all stored data and memory to find damage, a small part in each step.
     {.component = ComponentId::scrubber,
      .name = "scrubber",
      .page = "storage",
@@ -289,14 +289,14 @@ inline constexpr Stage rows[] = {
 inline constexpr auto& schedule = stage_rows::rows;
 
 inline constexpr std::size_t stage_count = sizeof(schedule) / sizeof(schedule[0]);
-/// The greatest number of a component.
+/// The largest number of a component.
 inline constexpr std::size_t component_numbers = [] {
   ComponentId greatest = ComponentId::none;
   for (const Stage& stage : schedule) greatest = stage.component > greatest ? stage.component : greatest;
   return static_cast<std::size_t>(greatest);
 }();
 
-/// Null where no component has this number.
+/// The row of a component's number; the null pointer if there is none.
 [[nodiscard]] constexpr const Stage* find_stage(std::uint64_t number) {
   for (const Stage& stage : schedule) {
     if (static_cast<std::uint64_t>(stage.component) == number && number != 0) return &stage;
@@ -316,7 +316,7 @@ static_assert(
     }(),
     "two rows have the same number, or one has none");
 
-/// The primary, and a process for every other stage.
+/// Most processes that can share a flight: the primary, and one for each stage that may run elsewhere.
 inline constexpr std::size_t most_nodes = [] {
   std::size_t nodes = 1;
   for (const Stage& stage : schedule) nodes += stage.runs_on == RunsOn::any ? 1 : 0;
@@ -326,7 +326,7 @@ inline constexpr std::size_t most_nodes = [] {
 [[nodiscard]] constexpr const Stage& stage_of(ComponentId component) {
   return *find_stage(static_cast<std::uint64_t>(component));
 }
-/// Where its row stands.
+/// The index of a component's row.
 [[nodiscard]] constexpr std::size_t place_of(ComponentId component) {
   return static_cast<std::size_t>(&stage_of(component) - schedule);
 }

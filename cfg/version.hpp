@@ -1,4 +1,4 @@
-// The version that products, telemetry and databases carry.
+// The software version, which is written into products, telemetry and databases.
 #pragma once
 
 namespace ilp {

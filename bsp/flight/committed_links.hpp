@@ -1,4 +1,5 @@
-// The links of a flight that several processes share: nothing is sent to the ground that a power cut could still undo.
+// The links of a flight that several processes share. They send nothing that follows from a commit which a power cut
+// could still undo.
 #pragma once
 
 #include "bsp/flight/shared_flight_store.hpp"
@@ -7,14 +8,15 @@
 
 namespace ilp {
 
-/// A file becomes visible to the ground when what was read for it is on the disk; until then the link is out of contact
-/// (`not_ready`).
+/// Sends files. end_file() waits until all that this process has read from the store is on the disk, and returns
+/// `not_ready` if that fails.
 class CommittedLink final : public Link {
  public:
   CommittedLink(Link& link, SharedFlightStore& store, StoreSharing& sharing)
       : link_(link), store_(store), sharing_(sharing) {}
 
-  /// The other processes do not wait for the disk in the transaction. If this fails, end_file() says so.
+  /// Waits for the disk before the transaction, so that the other processes need not wait during it. If that fails,
+  /// end_file() returns `not_ready`.
   void prepare() override {
     static_cast<void>(sharing_.flush_own());
     link_.prepare();
@@ -33,10 +35,10 @@ class CommittedLink final : public Link {
   StoreSharing& sharing_;
 };
 
-/// The same for packets.
+/// Sends packets: send() waits for the disk as CommittedLink::end_file().
 class CommittedPacketLink final : public PacketLink {
  public:
-  /// Without `link` it is not used.
+  /// `link` may be the null pointer. Only if_present() may be called then.
   CommittedPacketLink(PacketLink* link, SharedFlightStore& store, StoreSharing& sharing)
       : link_(link), store_(store), sharing_(sharing) {}
 
@@ -45,7 +47,7 @@ class CommittedPacketLink final : public PacketLink {
     return store_.commit_read(sharing_).ok() ? link_->send(packet) : StatusCode::not_ready;
   }
   void accept_sender() override { link_->accept_sender(); }
-  /// Returns the null pointer if there is none.
+  /// Returns this link, or the null pointer if it was made without a link.
   [[nodiscard]] PacketLink* if_present() { return link_ != nullptr ? this : nullptr; }
 
  private:

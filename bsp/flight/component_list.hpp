@@ -1,5 +1,5 @@
-// Follows from the rows of the schedule for an assembled flight: the components and their order, the memory that they
-// share within a step, the checkpoints that a store must have, and the memory of each component.
+// Derives from a list of component types and the rows of the schedule: the components in their order, the memory that
+// they share within a step, the checkpoints that a store must have, and the size of each component.
 #pragma once
 
 #include <array>
@@ -29,12 +29,13 @@
 
 namespace ilp {
 
+/// A static region of the flight's memory and its size.
 struct MemoryRegion {
   const char* name;
   std::size_t bytes;
 };
 
-/// One type for each row of the schedule, in any order.
+/// `Components` has one type for each row of the schedule, in any order.
 template <typename... Components>
 class ComponentList {
   static constexpr bool has_each_row_once() {
@@ -55,11 +56,11 @@ class ComponentList {
  public:
   using SharedMemory = StepMemory<Components...>;
 
-  /// What components are made of. `camera`, `link` and `delivery` may be null where no component takes them; what
-  /// follows may be missing.
+  /// Arguments of the components' constructors. `camera`, `link` and `delivery` may be null if no component takes them.
+  /// The members after `delivery` are optional.
   struct Parts {
-    Store& stored;   ///< without a cache
-    Store& at_hand;  ///< the same records, with images at hand
+    Store& stored;   ///< the store without a cache
+    Store& at_hand;  ///< the same store behind a cache of images
     Clock& clock;
     MissionParameters& mission;
     SharedMemory& step_memory;
@@ -78,8 +79,8 @@ class ComponentList {
     ImageRegions image = {};  ///< code and constants of the program
   };
 
-  /// A component whose constructor takes a store and then, in any order, parts of these types. Only the scrubber reads
-  /// what is stored in any case.
+  /// Makes a component. Its constructor takes a store and then parts of the types in Parts, in any order. Only the
+  /// scrubber gets `stored`, because it must read the stored bytes.
   template <typename C>
   static C made_of(const Parts& parts) {
     Store& store = C::component_id == ComponentId::scrubber ? parts.stored : parts.at_hand;
@@ -87,7 +88,7 @@ class ComponentList {
     return made_with<C>(store, part, std::make_index_sequence<most_parts>());
   }
 
-  /// Calls `each` for every type.
+  /// Calls `each.operator()<Component>()` for every type.
   template <typename Each>
   static void for_each(Each each) {
     (each.template operator()<Components>(), ...);
@@ -106,7 +107,7 @@ class ComponentList {
     [[nodiscard]] const C& get() const {
       return static_cast<const Holder<C>&>(*this).component;
     }
-    /// In the order in which the executive calls them.
+    /// The components in the order in which the executive calls them.
     std::array<Component*, stage_count> in_order() {
       std::array<Component*, stage_count> table{};
       ((table[place_of(Components::component_id)] = &get<Components>()), ...);
@@ -114,14 +115,15 @@ class ComponentList {
     }
   };
 
+  /// Name and size of each component, in the order of the schedule.
   static constexpr std::array<MemoryRegion, stage_count> memory() {
     std::array<MemoryRegion, stage_count> table{};
     ((table[place_of(Components::component_id)] = {stage_of(Components::component_id).name, sizeof(Components)}), ...);
     return table;
   }
 
-  /// The forms of the checkpoints that a store must have in this form or not at all: those of components whose row
-  /// refuses a state of another build.
+  /// Forms of the checkpoints of all components whose row refuses a state of another build. A store must have these
+  /// checkpoints in this form, or not at all.
   static std::span<const CheckpointForm* const> checkpoint_forms() {
     static constexpr auto forms = [] {
       std::array<const CheckpointForm*, 2 * stage_count> table{};
@@ -133,7 +135,7 @@ class ComponentList {
   }
 
  private:
-  /// An argument of a constructor: it becomes the part that has the argument's type.
+  /// Converts to the part that has the type of a constructor's argument.
   struct Part {
     const Parts& parts;
     // NOLINTBEGIN(google-explicit-constructor): becoming these is all that it does.
@@ -165,7 +167,8 @@ class ComponentList {
   static constexpr std::size_t most_parts = 6;
   template <std::size_t>
   using PartAt = Part;
-  /// The constructor gets as many parts as it takes: the last ones may have defaults.
+  /// Calls the constructor with the greatest number of parts that it accepts, because its last arguments may have
+  /// defaults.
   template <typename C, std::size_t... i>
   static C made_with(Store& store, const Part& part, std::index_sequence<i...>) {
     if constexpr (std::is_constructible_v<C, Store&, PartAt<i>...>) {

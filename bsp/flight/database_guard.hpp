@@ -1,5 +1,6 @@
-// A small file beside a flight's database, NAME-guard. One process locks it, or several that share the flight; then it
-// also says which of them runs which stages. It notes that the database was found damaged.
+// The guard of a flight's database: a small file NAME-guard beside it. One process locks the file, or several processes
+// that share the flight lock it together and claim their stages in it. A note in the file states that the database was
+// found damaged.
 #pragma once
 
 #include "fsw/base/status.hpp"
@@ -14,25 +15,26 @@ class DatabaseGuard {
   DatabaseGuard& operator=(const DatabaseGuard&) = delete;
   ~DatabaseGuard() { release(); }
 
-  /// `store_in_use` when another process holds it and does not end within two seconds. If no such file can be made
-  /// nothing is locked or noted, and the result is ok: there is no disk to guard then. `io_error` (a = errno) when it
-  /// is not known whether there is a note in it.
+  /// Locks the guard of the database at `path` for this process alone. `path` outlives the lock. Returns `store_in_use`
+  /// if another process does not release it within two seconds, and `io_error` (first value: errno) if it is unknown
+  /// whether the file has a note. Returns ok without a lock if the disk does not allow such a file.
   Status take(const char* path);
-  /// Locks it together with other processes that share it. `store_in_use` when a process holds it alone for two
-  /// seconds.
+  /// Locks the guard together with other processes. Returns `store_in_use` if a process holds it alone for two seconds;
+  /// otherwise as take().
   Status share(const char* path);
-  /// Lets other processes share it from now on, after take().
+  /// Lets other processes share the guard that take() has locked.
   void admit_others();
-  /// Reserves stages until release(), of a file that is shared: `stage_claimed` (a = number of the stage) if another
-  /// process has one of them.
+  /// Reserves stages of a shared guard until release(). Returns `stage_claimed` (first value: component number of the
+  /// stage) if another process has one of them; none is reserved then. Returns `not_ready` without a lock.
   Status claim(StageMask stages);
-  /// Releases lock and stages. The last process removes the file unless it holds a note.
+  /// Releases lock and stages. The last process removes the file unless it has a note.
   void release();
 
-  /// The note outlives the process.
+  /// Whether the file has the note that the database is damaged. The note outlives the process.
   [[nodiscard]] bool says_damaged() const { return damaged_; }
+  /// Writes the note.
   void note_damage();
-  /// `io_error` (a = errno): the note may still be there.
+  /// Removes the note. Returns `io_error` (first value: errno) if the note may still exist.
   Status forget_damage();
 
  private:

@@ -1,4 +1,4 @@
-// The components of the flight. A component is added to the list; all else follows from it and from its row
+// The list of the flight's components. A new component is added to this list and gets a row in the schedule
 // (cfg/schedule.hpp).
 #pragma once
 

@@ -1,4 +1,5 @@
-// The jobs of this flight, and what does them: the processor, or a device beside it (docs/compute.md).
+// The kinds of compute job of this flight, and the object that computes them on the processor or a device
+// (docs/compute.md).
 #pragma once
 
 #include <span>
@@ -14,8 +15,7 @@ class FlightCompute {
 
   [[nodiscard]] const ComputeForms& forms() const { return forms_; }
   GuardedCompute& compute() { return compute_; }
-  /// Compares the device with the processor and uses it, before the start of the flight. `scratch` is free again
-  /// afterwards. See GuardedCompute::accept().
+  /// Calls GuardedCompute::accept() before the start of the flight. `scratch` is used only during the call.
   Status accept(ComputeDevice& device, WideJob& scratch) {
     return compute_.accept(device, std::as_writable_bytes(std::span(&scratch.input, 1)),
                            std::as_writable_bytes(std::span(&scratch.output, 1)));

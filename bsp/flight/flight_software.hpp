@@ -1,6 +1,6 @@
-// All components of the package, connected to one store, camera, link and clock. The same object flies on every board,
-// in a process with some of the stages, in the simulator and in tests. It is static, and its size is the memory of the
-// flight.
+// The flight software: all components, connected to one store, camera, link and clock. The same class runs on every
+// board, in a process with some of the stages, in the simulator and in tests. The object is static, and its size is the
+// memory of the flight.
 #pragma once
 
 #include <array>
@@ -23,93 +23,94 @@
 
 namespace ilp {
 
-/// What a start finds outside of its store.
+/// What is known at a start besides the content of the store.
 struct StartFacts {
-  Status nonvolatile_memory = {};        ///< of opening it
+  Status nonvolatile_memory = {};        ///< result of opening the nonvolatile memory
   Status store = {};                     ///< why the store replaces another one; ok: it does not
-  std::optional<std::int64_t> utc = {};  ///< the calendar, nanoseconds since 1958; none in virtual time
+  std::optional<std::int64_t> utc = {};  ///< calendar time, ns since 1958; none in virtual time
   EpochChoice epoch = EpochChoice::first_start;
 };
 
-/// What a flight is connected to. All of it outlives the flight.
+/// What a flight is connected to. All referenced objects outlive the flight.
 struct FlightDevices {
   Store& store;
   Camera& camera;
-  Link& link;  ///< carries whole files, where there are no packets
+  Link& link;  ///< carries complete files if there is no packet link
   Clock& clock;
-  Nonvolatile& nonvolatile_memory;         ///< what outlives the store (docs/getting-back-in.md)
+  Nonvolatile& nonvolatile_memory;         ///< keeps data that must outlive the store (docs/getting-back-in.md)
   PacketLink* packets = nullptr;           ///< carries packets, and files too if they travel by CFDP
-  PacketLink* files = nullptr;             ///< carries the PDUs of CFDP alone
-  NavigationSource* navigation = nullptr;  ///< the vehicle's measurements, if there are any
-  MapFolder* map = nullptr;                ///< the files of an orbiter's map, if there is one
-  /// Does what cannot be cut into steps (docs/worker.md); without it that is done in a step. It is for this flight
-  /// alone.
+  PacketLink* files = nullptr;             ///< carries only the PDUs of CFDP
+  NavigationSource* navigation = nullptr;  ///< the vehicle's measurements; null: none
+  MapFolder* map = nullptr;                ///< the files of an orbiter's map; null: none
+  /// Runs jobs that cannot be cut into steps (docs/worker.md); null: they run in a step. Two flights cannot share a
+  /// worker.
   Worker* worker = nullptr;
-  ImageRegions image = {};  ///< code and constants of the program, which never change; may be unknown
+  ImageRegions image = {};  ///< code and constants of the program, which never change; empty: not known
   bool real_time = false;   ///< time passes while components work (ExecutiveSetup)
 };
 
 class FlightSoftware {
  public:
-  /// `mission` has the values of the mission file; telecommands change it. Only the components of `stages` run; if
-  /// these are not all, other processes run the rest over the same store. It uses no device before prepare().
+  /// `mission` has the values of the mission file; telecommands change it. Only the components of `stages` run. If
+  /// these are not all stages, other processes run the rest with the same store. No device is used before prepare().
   FlightSoftware(const FlightDevices& devices, MissionParameters& mission, StageMask stages = all_stages);
 
-  // A start, in this order: prepare(), the clock is set to time().now, start(), record_boot(). A process that joins
-  // calls join() only.
+  // A start takes these steps: prepare(), setting the clock to time().now, start(), record_boot(). A process that joins
+  // a flight calls join() instead.
 
-  /// Takes up the settings (Configuration::begin) and finds mission time: begin_mission_time, or in virtual time the
-  /// latest that is known.
+  /// Loads the settings (Configuration::begin) and finds mission time. In real time this is that of
+  /// begin_mission_time(), in virtual time the latest time in the store.
   Status prepare(const StartFacts& facts);
   [[nodiscard]] const MissionTimeBegin& time() const { return time_; }
-  /// Writes the camera's intrinsics into a fresh store (nominal ones if the mission says that the camera is not known),
-  /// or compares them with those of an existing store: `camera_changed` when the flight began with another camera, or
-  /// with one that was known and now is not. Then restores every component. If that fails with tentative parameters, it
-  /// continues with the last good ones.
+  /// Writes the camera's intrinsics into a new store, or compares them with those of an existing store. They are
+  /// nominal if the mission states that the camera is not known. Then restores every component. If a component fails
+  /// while parameters are tentative, it starts again with the last good parameters. Returns `camera_changed` if the
+  /// flight began with other intrinsics, or with a known camera that is not known now.
   Status start(const CameraModel& camera);
-  /// All three for a process that is not the primary: takes up the stored settings, and restores its components. The
-  /// primary has written the camera and begun the boot (find_flight).
+  /// For a process that is not the primary: loads the stored settings and restores its components. The primary has
+  /// written the camera and begun the boot (find_flight).
   Status join();
-  /// Begins the record of this boot, and reports the start, its mission time and `updates` of the store that are not
-  /// ok.
+  /// Begins the record of this boot, and reports the start, the result of finding mission time and those of `updates`
+  /// that are not ok.
   Status record_boot(const BoardState& board, std::span<const Status> updates);
   Executive& executive() { return executive_; }
   Configuration& configuration() { return configuration_; }
   Boot& boot() { return boot_; }
   PacketRouter& router() { return router_; }
 
-  /// What does the jobs of components that have some.
+  /// Computes the components' jobs.
   FlightCompute& compute() { return compute_; }
-  /// A device does jobs from now on, if it does them rightly. Call it before start(): no stage uses the memory of the
-  /// step yet.
+  /// Uses a device for jobs from now on if its results are correct (GuardedCompute::accept). Call it before start(),
+  /// because it uses the stages' shared memory as scratch.
   Status accept(ComputeDevice& device) {
     return compute_.accept(device, StepScratch<WideJob>(step_memory_).as<WideJob>());
   }
 
-  /// Memory was damaged, or the worker is stuck, so that only a new process goes on.
+  /// Whether memory was damaged or the worker is stuck. Only a new process can then continue the flight.
   [[nodiscard]] bool damaged() const {
     return stages_.get<Scrubber>().image_damaged() || executive_.restart_wanted() ||
            stages_.get<Compressor>().worker_stuck();
   }
-  /// ... or parameters need a new start.
+  /// Whether damaged() is true or new parameters need a restart of the software.
   [[nodiscard]] bool restart_wanted() const { return damaged() || configuration_.restart_wanted(); }
 
-  /// The source of images has ended and everything has been processed.
+  /// Whether the source of images has ended and all images have been processed.
   [[nodiscard]] bool processed() const;
-  /// Files that the ground holds, of those that went by CFDP.
+  /// Number of files sent by CFDP that the ground has confirmed.
   [[nodiscard]] std::uint64_t files_delivered() const { return delivery_.counts.delivered; }
-  /// ... and everything has been sent and confirmed.
+  /// Whether processed() is true and all products have been sent and confirmed.
   [[nodiscard]] bool drained() const { return processed() && stages_.get<Downlink>().drained(); }
 
  private:
-  /// Writes the camera and its copy. A camera that is not frozen is also the nominal one.
+  /// Writes the camera and its copy. A camera that is not frozen becomes the nominal camera too.
   Status write_camera(const CameraRecord& camera);
+  /// Writes the camera, or compares it with the stored one (start()).
   Status check_camera(const CameraModel& camera);
   Status start_once(const CameraModel& camera);
 
   Store& store_;
   StepStore steps_;
-  ImageCache images_;  ///< in front of it, for all components that use frames
+  ImageCache images_;  ///< cache in front of `steps_`, for all components that use frames
   MissionParameters& mission_;
   FlightMemory memory_;
   Configuration configuration_;
@@ -123,7 +124,8 @@ class FlightSoftware {
   DeliveryFigures delivery_;
   DeliveryQueue delivery_queue_;
   std::array<Component*, stage_count> components_{};
-  std::array<Stage, stage_count> rows_here_;  ///< of a part of the stages, as are the components; the rest is unused
+  /// Rows and components of the stages that run in this process. The rest of both arrays is unused.
+  std::array<Stage, stage_count> rows_here_;
   std::array<Component*, stage_count> components_here_{};
   Executive executive_;
   FlightComponents::Set stages_;
@@ -133,7 +135,7 @@ class FlightSoftware {
 /// (check_checkpoints).
 std::span<const CheckpointForm* const> checkpoint_forms();
 
-/// Every static region of the flight: the components, then the arenas of SQLite and OpenJPEG.
+/// Name and size of every static region of the flight: first the components, then the rest.
 [[nodiscard]] std::span<const MemoryRegion> memory_map();
 
 }  // namespace ilp

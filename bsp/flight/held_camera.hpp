@@ -1,4 +1,4 @@
-// The camera of a flight in virtual time whose stages run in several processes.
+// Delays the images of a flight in virtual time whose stages run in several processes, until all of them are ready.
 #pragma once
 
 #include "fsw/base/result.hpp"
@@ -7,14 +7,14 @@
 
 namespace ilp {
 
-/// Gives the next image when the stages that may still end the strip have finished with the images before it: then
-/// every frame is compared with the same keyframe, however the stages are spread. These are the overlap checker and
-/// structure and motion, and the camera calibrator while the camera is not known.
+/// Delivers the next image when the stages that may still end the strip have finished with all earlier images. These
+/// are the overlap checker, structure and motion, and the camera calibrator while the camera is not known. Every frame
+/// is then compared with the same keyframe, however the stages are distributed.
 class HeldCamera final : public Camera {
  public:
   HeldCamera(Camera& camera, Store& store) : camera_(camera), store_(store) {}
 
-  /// `not_ready` while it is held.
+  /// Returns `not_ready` also while the next image is held back.
   Status capture(TimeNs now, FrameImage& image, CameraFrame& frame) override;
   [[nodiscard]] bool triggered() const override { return camera_.triggered(); }
   [[nodiscard]] bool restarts_counter() const override { return camera_.restarts_counter(); }
@@ -25,10 +25,11 @@ class HeldCamera final : public Camera {
   [[nodiscard]] bool exposes_unasked() const override { return camera_.exposes_unasked(); }
   TimeNs next_due() const override { return camera_.next_due(); }
 
-  /// The latest call of capture() was held: mission time must not pass.
+  /// Whether the latest call of capture() held an image back. Mission time must not advance then.
   [[nodiscard]] bool held() const { return held_; }
 
  private:
+  /// Whether the stages have finished with all earlier images.
   Result<bool> caught_up();
 
   Camera& camera_;

@@ -1,12 +1,13 @@
-// The keys of telecommand authentication, read at start-up.
+// Reads the keys of telecommand authentication from a file at start-up.
 #pragma once
 
 #include "fsw/packets/authentication.hpp"
 
 namespace ilp {
 
-/// `not_found`, `io_error`, `file_not_private` if others may read it, `capacity_exceeded` for a file of more than 4 KiB
-/// or with too many keys, `parse_error` (a = line).
+/// Reads the keys into `authenticator`. Returns `not_found`, `io_error` or `file_not_private` as read_private_file(),
+/// `capacity_exceeded` if the file has more than 4 KiB or too many keys, and `parse_error` (first value: line) for a
+/// malformed line.
 Status read_key_file(const char* path, Authenticator& authenticator);
 
 }  // namespace ilp

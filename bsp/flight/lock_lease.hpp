@@ -1,4 +1,5 @@
-// Nobody keeps the lock of the writers of a database file for ever (docs/several-machines.md, "A lease for the lock").
+// Limits how long a process can keep the writers' lock of a database file (docs/several-machines.md, "A lease for the
+// lock").
 #pragma once
 
 #include "hal/store/forwarding_store.hpp"
@@ -8,8 +9,8 @@ namespace ilp {
 
 inline constexpr int usual_lock_lease_s = 10;
 
-/// The store of a process that is not the primary: an alarm ends the process, with exit status 3, when a transaction is
-/// not over within the lease. It needs the process's only alarm (SIGALRM).
+/// The store of a process that is not the primary. An alarm ends the process with exit status 3 if a transaction takes
+/// longer than the lease. The class uses the process's alarm (SIGALRM).
 class LeasedStore final : public ForwardingStore {
  public:
   LeasedStore(Store& inner, int lease_s);
@@ -22,24 +23,26 @@ class LeasedStore final : public ForwardingStore {
   unsigned lease_s_;
 };
 
-/// Whether the latest transaction had to give up because another process kept the lock; not without a database
-/// (nullptr).
+/// Whether the latest transaction failed because another process kept the lock; false without a database (nullptr).
 [[nodiscard]] inline bool is_locked(SqliteStore* database) {
   return database != nullptr && sqlite::locked_ms(database->session()) > 0;
 }
-/// Tries the lock; true, after a nap of 20 ms, while another process keeps it. Not within a transaction.
+/// Tries to take the lock. If another process keeps it, waits 20 ms and returns true. Must be called outside a
+/// transaction.
 bool wait_for_lock(SqliteStore* database);
 
-/// For the primary: names the process that keeps the lock for longer than the lease. If it runs the same program it is
-/// a process of this flight, because it has passed the guard of the database: it is ended, also one that is stopped.
+/// For the primary: finds a process that keeps the lock for longer than the lease. If the process runs the same program
+/// it belongs to this flight, because it has passed the guard of the database. It is then killed, even if it is
+/// stopped.
 class LockWatch {
  public:
-  /// Call it often, also when the lock is free. Returns `lock_holder` once for each process, else ok.
+  /// Call it often, also when the lock is free. Returns `lock_holder` (first value: process, second: 1 if it was
+  /// killed) once for each process beyond the lease, else ok.
   Status look(SqliteStore& store, int lease_s);
 
  private:
-  int holder_ = 0;  ///< 0: none is known
-  std::int64_t since_ms_ = 0;
+  int holder_ = 0;             ///< process that keeps the lock; 0: none is known
+  std::int64_t since_ms_ = 0;  ///< sqlite::locked_ms() when it was first seen
   bool reported_ = false;
 };
 

@@ -1,20 +1,21 @@
-// Which of several words is spelled most like a given one.
+// Finds the word among several that is spelled most like a given one.
 #pragma once
 
 #include <cstddef>
 
 namespace ilp {
 
-/// Offers are compared by their edit distance: the fewest letters to insert, remove or replace.
+/// Candidates are compared by their edit distance: the smallest number of letters to insert, remove or replace.
 class NearestWord {
  public:
-  /// `word` has to live as long as this object.
+  /// `word` and the candidates outlive this object.
   explicit NearestWord(const char* word) : word_(word) {}
   void offer(const char* candidate);
-  /// The first of the nearest offers; null when more than half of its letters would change.
+  /// The nearest candidate, the first one of several. Null if the edit distance exceeds half of the letters of every
+  /// candidate.
   [[nodiscard]] const char* found() const { return found_; }
 
-  static constexpr std::size_t max_letters = 40;  ///< a longer word, or a longer offer, is near to nothing
+  static constexpr std::size_t max_letters = 40;  ///< longer words and candidates never match
 
  private:
   const char* word_;

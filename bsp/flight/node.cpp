@@ -53,9 +53,8 @@ Status Node::keep_alive(const Executive& executive, std::uint32_t connections) {
   record_.overruns = executive.frame_overruns();
   record_.longest_ns = executive.timing().longest_ns;
   record_.steps = 0;
-  for (std::size_t i = 0; i < stage_count; ++i) {
-    const auto component = static_cast<ComponentId>(i);
-    if (has_stage(stages_, component)) record_.steps += executive.stats(component).steps;
+  for (const Stage& stage : schedule) {
+    if (has_stage(stages_, stage.component)) record_.steps += executive.stats(stage.component).steps;
   }
   return write();
 }

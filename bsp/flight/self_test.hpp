@@ -1,4 +1,4 @@
-// The software's tests of its board before the flight.
+// Tests of the board that the software runs before the flight.
 #pragma once
 
 #include <array>
@@ -17,17 +17,18 @@ ILP_ENUMERATION(SelfTest, (0, arithmetic, "elementary functions give the same bi
                 (5, disk, "noted by a flight that has its store in memory because its disk failed"))
 
 struct SelfTestResults {
-  std::uint32_t tested = 0;  ///< bit k: test k was run
-  std::uint32_t failed = 0;
+  std::uint32_t tested = 0;                                                      ///< bit k: test k was run
+  std::uint32_t failed = 0;                                                      ///< bit k: test k has failed
   std::array<std::int64_t, static_cast<std::size_t>(SelfTest::count)> values{};  ///< results of the failed tests
 
+  /// Enters the result of a test.
   void note(SelfTest test, bool passed, std::int64_t value);
 };
 
-/// Runs all tests. The store is unchanged afterwards. The camera grades itself when its frames arrive.
+/// Runs all tests; the store is unchanged afterwards. The camera is tested later by its first frames (DriverGrade).
 [[nodiscard]] SelfTestResults run_self_tests(Store& store, Clock& clock);
 
-/// Digest of the arithmetic test's results: the same on every machine.
+/// Digest of the arithmetic test's results, which must be the same on every machine.
 [[nodiscard]] std::uint32_t arithmetic_digest();
 
 }  // namespace ilp

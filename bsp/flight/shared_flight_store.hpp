@@ -1,4 +1,5 @@
-// The store as a process sees it that shares the flight: between the stages and the database.
+// A store between the stages and the database of a process that shares the flight. It notes changes of other processes
+// and commits that may give them work.
 #pragma once
 
 #include "bsp/flight/stage_set.hpp"
@@ -9,8 +10,8 @@
 
 namespace ilp {
 
-/// Notes which tables others have changed, and whether this process has changed one that wakes a stage anywhere.
-/// Parameters that were set by telecommand are followed before the next step: the primary writes them into the store.
+/// Notes which tables have changed, and counts the commits that can wake a stage of another process. Parameters that
+/// the primary has set by telecommand and written into the store take effect before the next step.
 class SharedFlightStore final : public ForwardingStore {
  public:
   explicit SharedFlightStore(Store& inner) : ForwardingStore(inner) {}
@@ -29,26 +30,27 @@ class SharedFlightStore final : public ForwardingStore {
                     std::span<const std::uint8_t> bytes) override;
   Status poll(RecordMask& changed) override;
 
-  /// For a process that is not the primary: from now on `in_force`, which `executive` guards, follows the settings in
-  /// the store over the parameters of `file`.
+  /// For a process that is not the primary: keeps `in_force` equal to the parameters of `file` with the settings in the
+  /// store from now on. `executive` guards `in_force`. All three outlive the store.
   void follow(const MissionParameters& file, MissionParameters& in_force, Executive& executive);
-  /// Transactions so far that can wake a stage of another process.
+  /// Number of commits that can wake a stage of another process.
   [[nodiscard]] std::int64_t waking_commits() const { return waking_commits_; }
-  /// Whatever has been read or committed since the previous call is on the disk when it is ok: it may be told to the
-  /// ground.
+  /// Waits until everything that was read or committed since the previous call is on the disk. If it returns ok, these
+  /// data may be sent to the ground.
   Status commit_read(StoreSharing& sharing);
-  /// True once after each change of one of these tables that poll() has reported.
+  /// Returns true once after each change of one of these tables that poll() has reported.
   bool changed(RecordMask tables);
 
  private:
+  /// Sets `in_force_` by the settings in the store.
   void follow_settings();
 
   const MissionParameters* file_ = nullptr;
   MissionParameters* in_force_ = nullptr;
   Executive* executive_ = nullptr;
   bool settings_changed_ = false;
-  RecordMask written_ = 0;  ///< in the open transaction
-  RecordMask updates_ = 0;
+  RecordMask written_ = 0;    ///< tables that the open transaction has changed
+  RecordMask updates_ = 0;    ///< tables that poll() has reported, for changed()
   bool has_updates_ = false;  ///< something was read or committed since the latest commit_read()
   std::int64_t waking_commits_ = 0;
 };

@@ -1,4 +1,5 @@
-// Which stages of the schedule a process runs, when several share the flight (docs/several-machines.md).
+// Sets of stages: which stages of the schedule a process runs if several processes share the flight
+// (docs/several-machines.md).
 #pragma once
 
 #include <bit>
@@ -25,8 +26,7 @@ inline constexpr StageMask all_stages = [] {
   return all;
 }();
 
-/// The stages that need the camera, a link or the memory of the process that has them: they run in one process, the
-/// primary.
+/// The stages that run in one process, the primary, because they need the camera, a link or its memory.
 inline constexpr StageMask primary_stages = [] {
   StageMask head = 0;
   for (const Stage& stage : schedule) {
@@ -39,16 +39,16 @@ static_assert(has_stage(primary_stages, ComponentId::telecommander), "the head's
 [[nodiscard]] constexpr bool is_primary(StageMask stages) {
   return (stages & primary_stages) == primary_stages;
 }
-/// The lowest number of a stage: the id of the process's record (NodeRecord). 0 if there is no stage.
+/// Id of the record of a process with these stages (NodeRecord): the lowest component number. 0: there is no stage.
 [[nodiscard]] constexpr std::int64_t node_number(StageMask stages) {
   return stages == 0 ? 0 : std::countr_zero(stages) + 1;
 }
 
 using StageNames = FixedText<512>;
-/// The names, separated by commas; `head` stands for all stages of the primary.
+/// Names of the stages, separated by commas; `head` stands for all stages of the primary.
 [[nodiscard]] StageNames stage_names(StageMask stages);
-/// Parses such a list. Returns false for a name that is none, and for a single stage of the primary, which `culprit`
-/// then holds.
+/// Parses such a list. Returns false for an unknown name, and for the name of a single stage of the primary; `culprit`
+/// becomes that name.
 [[nodiscard]] bool parse_stages(const char* text, StageMask& stages, StageNames& culprit);
 
 }  // namespace ilp

@@ -1,4 +1,4 @@
-// A Status in words, for the programs of the board and of the ground.
+// Writes a Status and its values as text, for the programs of the board and of the ground.
 #pragma once
 
 #include <cstdint>
@@ -11,13 +11,13 @@ namespace ilp {
 
 using StatusText = FixedText<512>;
 
-/// The named values of a type that is an enumeration; otherwise empty.
+/// Returns the named values of an enumeration; empty for other types.
 [[nodiscard]] EnumValues named_values(ValueType type);
 
-/// A value with its unit, or by its name. A number that has no name is written as it is.
+/// Returns a value as text: its name if it has one, else the number with its unit.
 [[nodiscard]] StatusText value_text(ValueType type, std::int64_t value);
 
-/// The text of the status with its values.
+/// Returns the text of the status with its values in it.
 [[nodiscard]] StatusText status_words(const Status& status);
 
 }  // namespace ilp

@@ -1,4 +1,4 @@
-// Takes the records of a flight in memory into its database, which may have an earlier store epoch.
+// Merges the records of a flight in memory into its database, which may hold an earlier store epoch.
 #pragma once
 
 #include <cstdint>
@@ -9,13 +9,15 @@
 
 namespace ilp {
 
-/// Whether the ids of the copied store epoch begin after all ids of the database, as they do unless the nonvolatile
-/// memory and the calendar were wrong, or whether the database has this store epoch already, in part or whole.
+/// Whether the copy can be merged. That is so if the ids of its store epoch begin after all ids of the database, or if
+/// the database already has this store epoch, completely or in part. The ids do not follow only if nonvolatile memory
+/// and calendar were wrong.
 Result<bool> follows(Store& database, MemoryCopy& copy);
 
-/// Afterwards the flight goes on from the database where it was in memory (docs/store.md, "Back to the disk"). All
-/// writes are in small transactions; if one fails, or power is cut, the same call begins again and ends the same.
-/// `records` counts those of the copy.
+/// Merges the copy into the database. The flight then continues with the database where it was in memory
+/// (docs/store.md, "Back to the disk"). All writes are in small transactions. After an error or a power cut the same
+/// call can be repeated and leads to the same content. `records` becomes the number of records of the copy that were
+/// written; `wait` may be null.
 Status merge_store_epoch(Store& database, MemoryCopy& copy, DiskWait* wait, std::int64_t& records);
 
 }  // namespace ilp

@@ -1,4 +1,4 @@
-// Services of Linux: facts about the board and the running binary, and real-time scheduling.
+// Facts about the board and the running program from Linux, and real-time scheduling.
 #pragma once
 
 #include <cstddef>
@@ -10,24 +10,25 @@
 
 namespace ilp {
 
-/// Takes those instructions of the processor into use that not every one of its architecture has.
+/// Enables the use of optional processor instructions (CRC-32C on aarch64) if this processor has them.
 void use_instructions_of_processor();
 
-/// Names the boot by the kernel's boot id.
+/// Returns the kernel's boot id; watchdog_had_bitten is not set.
 [[nodiscard]] BoardState board_state();
 
-/// The computer's name, cut to what a record of a process holds.
+/// Returns the computer's name, truncated to the capacity of a NodeRecord.
 [[nodiscard]] FixedText<sizeof(NodeRecord::host)> host_name();
 
-/// Locks all memory and requests SCHED_FIFO: `priority_refused` (a = errno) if either is not permitted.
+/// Locks all memory and requests SCHED_FIFO with this priority. Returns `priority_refused` (first value: errno) if
+/// either is not permitted.
 [[nodiscard]] Status ask_for_real_time(int priority);
 
-/// Bytes of the binary's writable segments, zeroed ones included: all its static memory.
+/// Bytes of the program's writable segments, with those that begin as zeros: all of its static memory.
 [[nodiscard]] std::size_t static_bytes();
-/// Bytes of the other segments: code and constants.
+/// Bytes of the program's other segments: code and constants.
 [[nodiscard]] std::size_t constant_bytes();
-/// These segments in memory, and data that is constant once the program has been loaded: tables of virtual functions
-/// and of addresses.
+/// The memory of code and constants, and of data that are constant once the program has been loaded: tables of virtual
+/// functions and of addresses.
 [[nodiscard]] std::span<const std::span<const std::byte>> program_image();
 
 }  // namespace ilp

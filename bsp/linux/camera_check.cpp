@@ -1,5 +1,5 @@
-// ilp-camera-check: tests a video camera on the bench with the flight's own code. It grades the driver, requests frames
-// at regular times as the flight would, and prints the time differences of the frames and every report of the flight.
+// ilp-camera-check: tests a video camera before a flight with the flight's own code. It grades the driver and requests
+// frames at regular times as the flight does. It prints the time differences between request and frame and all reports.
 
 #include <fcntl.h>
 #include <unistd.h>

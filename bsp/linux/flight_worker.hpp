@@ -1,4 +1,4 @@
-// The worker of a flight on this board: a thread with a static stack, or none (docs/worker.md).
+// Starts the worker of a flight: a thread with a static stack, or none (docs/worker.md).
 #pragma once
 
 #include <cstddef>
@@ -10,17 +10,18 @@
 
 namespace ilp {
 
-/// The stack, and the page that guards its end.
+/// Size of the thread's stack with the protected page at its end.
 inline constexpr std::size_t worker_region_bytes = limits::worker_stack_bytes + stack_page_bytes;
 
 class FlightWorker {
  public:
-  /// Starts the thread if the options want one. In virtual time the flight waits for its jobs. Call it before the heap
-  /// is sealed. Returns an errno; without the thread the flight does the jobs in its steps.
+  /// Starts the thread if the options request one. In virtual time the flight waits for the thread's jobs. Call it
+  /// before the heap is sealed. Returns 0, or an errno if the thread cannot be started; jobs then run in the flight's
+  /// steps.
   int begin(const Options& options);
-  /// Null: there is no thread.
+  /// The worker for FlightDevices; null: there is no thread.
   Worker* worker() { return has_thread_ ? &thread_ : nullptr; }
-  /// Waits for the job, unless it is stuck, and prints what the thread has done.
+  /// Waits for the job, ends the thread and prints its counts. Does nothing if the job is stuck.
   void end();
 
  private:

@@ -1,4 +1,4 @@
-// Where ilp-onboard gets its images from: a camera, and what it needs before the flight.
+// Interface of the sources of images of ilp-onboard: a camera, its option on the command line, and how it is opened.
 #pragma once
 
 #include <cstdint>
@@ -8,12 +8,12 @@
 
 namespace ilp {
 
-/// How the command line names a kind of source.
+/// A kind of source on the command line.
 struct ImageSourceKind {
-  const char* option;
-  const char* value;  ///< of the option, in the usage
-  const char* help;   ///< of the option: whole lines
-  bool needs_real_time;
+  const char* option;    ///< name of the option, such as --index
+  const char* value;     ///< what the usage shows as the option's value
+  const char* help;      ///< what the usage says about the option, in complete lines
+  bool needs_real_time;  ///< does not work in virtual time
 };
 
 struct ImageSourceContext {
@@ -21,20 +21,21 @@ struct ImageSourceContext {
   bool real_time;
 };
 
-/// Each class of sources has its `kind` and a constructor from an ImageSourceContext, and is in the list of
-/// image_sources.hpp. `value` is that of its option.
+/// A derived class has a static member `kind` and a constructor from an ImageSourceContext, and is in the list of
+/// image_sources.hpp. `value` is the value of its option.
 class ImageSource {
  public:
   ImageSource() = default;
   ImageSource(const ImageSource&) = delete;
   ImageSource& operator=(const ImageSource&) = delete;
 
-  /// The size of its pictures, px; a fault if they do not say it.
+  /// Reads the size of the source's pictures, px. Returns an error if the source does not state it.
   virtual Status find_size(const char* value, std::int32_t& width, std::int32_t& height) = 0;
-  /// Opens the source for pictures of this size. `image_size_changed` (a, b = size) if they have another one.
+  /// Opens the source for pictures of this size, px. Returns `image_size_changed` (first value: width, second: height)
+  /// if the source states another size.
   virtual Status open(const char* value, std::int32_t width, std::int32_t height) = 0;
   [[nodiscard]] virtual Camera& camera() = 0;
-  /// Mission time was set.
+  /// Called after mission time was set.
   virtual void follow_clock() {}
 
  protected:

@@ -1,4 +1,4 @@
-// The kinds of cameras that ilp-onboard can fly with. A new kind is one class more in ImageSources.
+// The list of the kinds of image sources that ilp-onboard can use. A new kind is one more class in ImageSources.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +14,7 @@ template <typename... Sources>
 struct ImageSourceList {
   static constexpr ImageSourceKind kinds[] = {Sources::kind...};
 
-  /// The one source of a flight.
+  /// Holds the source that a flight uses, in the memory of the largest kind.
   class Chosen {
    public:
     ImageSource& make(const ImageSourceKind& kind, const ImageSourceContext& context) {

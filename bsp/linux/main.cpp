@@ -1,4 +1,4 @@
-// ilp-onboard: the flight binary for Linux boards. Everything is static; after start-up the heap is sealed.
+// ilp-onboard: the flight program for Linux boards. All of its memory is static; after start-up the heap is sealed.
 
 #include <array>
 #include <cerrno>

@@ -1,13 +1,13 @@
-// Prints the static memory of the flight binary, and a flight's use of it, in short lines on standard output.
+// Prints the static memory of the flight program and how much of it a flight uses, on standard output.
 #pragma once
 
 #include "bsp/flight/flight_store.hpp"
 
 namespace ilp {
 
-/// Prints every static region; the total is the writable memory of the binary.
+/// Prints every static region, and the total of the program's writable memory.
 void print_memory_map();
-/// Prints the use of heap, store and stack so far.
+/// Prints the use of heap, store and stack until now.
 void print_memory_use(const FlightStore& store);
 
 }  // namespace ilp

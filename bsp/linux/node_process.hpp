@@ -1,4 +1,4 @@
-// A process of a flight that runs some of its stages, without camera and links (docs/several-machines.md).
+// Runs a process of a flight that has some of its stages, but no camera and no links (docs/several-machines.md).
 #pragma once
 
 #include <csignal>
@@ -9,14 +9,14 @@
 
 namespace ilp {
 
-/// The static memory that a flight and a node use alike.
+/// Static memory of the program, which either a primary or a node uses.
 struct FlightPlace {
   ChosenStore& store;
-  void* software;  ///< for a FlightSoftware
+  void* software;  ///< memory for a FlightSoftware
 };
 
-/// Waits for the primary, runs the stages until the flight has ended or `stop` is set, and returns the program's exit
-/// status: 0 in order; 1 if the process may not take part; 3 if it should be started again.
+/// Waits for the primary and runs the stages until the flight has ended or `stop` is set. Returns the exit status of
+/// the program: 0 after an ordered end, 1 if the process may not join the flight, 3 if it should be started again.
 int run_node(const Options& options, StageMask stages, const FlightPlace& place,
              const volatile std::sig_atomic_t& stop);
 

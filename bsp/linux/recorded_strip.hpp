@@ -1,4 +1,4 @@
-// A recorded strip of images as the source of a flight.
+// Source of images for ilp-onboard: a recorded strip (DirectoryCamera).
 #pragma once
 
 #include "bsp/linux/image_source.hpp"

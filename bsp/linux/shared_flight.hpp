@@ -1,4 +1,4 @@
-// The primary's part in a flight that several processes share (docs/several-machines.md).
+// What the primary of a flight that several processes share does for the others (docs/several-machines.md).
 #pragma once
 
 #include "bsp/flight/committed_links.hpp"
@@ -9,7 +9,7 @@
 
 namespace ilp {
 
-/// What the primary has from outside, without the other processes. A packet link may be the null pointer.
+/// The camera and the links of the primary. A packet link may be the null pointer.
 struct PrimaryDevices {
   Camera& camera;
   Link& link;
@@ -32,8 +32,8 @@ class SharedFlight {
         files_(devices.files, store_, sharing),
         node_(store, clock, stages) {}
 
-  /// What the stages of the primary use instead of the database, the camera and the links. A camera that takes images
-  /// in real time is never held.
+  /// The store, camera and links that the stages of the primary use in place of the original ones. The camera is a
+  /// HeldCamera in virtual time only.
   [[nodiscard]] Store& store() { return store_; }
   [[nodiscard]] Camera& camera() { return virtual_time_ ? static_cast<Camera&>(held_camera_) : camera_; }
 
@@ -41,19 +41,22 @@ class SharedFlight {
   [[nodiscard]] PacketLink* packets() { return packets_.if_present(); }
   [[nodiscard]] PacketLink* files() { return files_.if_present(); }
 
-  /// Admits the other processes. `mission` has the parameters of the mission file alone.
+  /// Lets the other processes join. `mission` has only the parameters of the mission file.
   Status begin(const MissionParameters& mission);
-  /// Connects again, if the connection was lost. False: it is not there yet, try again.
+  /// Whether the store is connected. If the connection was lost, connects again and restores the stages; if that fails,
+  /// waits 200 ms and returns false.
   bool connected(Executive& executive);
-  /// Call it in every minor frame. Returns an event about another process, or ok.
+  /// Writes the primary's record every 2 s and flushes the store. Call it in every minor frame. Returns an event about
+  /// another process, an error of the disk, or ok.
   Status keep_alive(const Executive& executive);
-  /// In virtual time: whether the flight has to wait for others. Then it has waited a little.
+  /// In virtual time: whether mission time must not advance, because the camera or the end of the flight waits for
+  /// other processes. Waits up to 20 ms for them then.
   bool waited(Executive& executive);
-  /// In virtual time, when the primary itself has no work: whether all processes are done. Then they are told to end.
+  /// In virtual time, when the primary itself has no work: whether all processes are done. Tells them to end then.
   bool done(Executive& executive);
 
  private:
-  /// Whether what nobody waits for is put off in the next minor frame.
+  /// Sets whether work that no process waits for is put off in the next minor frame.
   void put_off(Executive& executive, bool late_work);
 
   StoreSharing& sharing_;
@@ -65,12 +68,12 @@ class SharedFlight {
   CommittedLink link_;
   CommittedPacketLink packets_, files_;
   Node node_;
-  std::uint32_t connections_ = 1;
-  RealClock board_clock_;  ///< in virtual time that of the flight may stand still
-  TimeNs reported_ns_ = 0;
-  bool waits_for_end_ = false;
-  bool late_work_waits_ = false;
-  std::uint32_t frames_put_off_ = 0;  ///< minor frames since late work was done
+  std::uint32_t connections_ = 1;     ///< connections to the store until now
+  RealClock board_clock_;             ///< the flight's own clock may stand still in virtual time
+  TimeNs reported_ns_ = 0;            ///< when the primary's record was last written, by `board_clock_`
+  bool waits_for_end_ = false;        ///< done() was called
+  bool late_work_waits_ = false;      ///< work was put off in the latest minor frame
+  std::uint32_t frames_put_off_ = 0;  ///< consecutive minor frames in which work was put off
 };
 
 }  // namespace ilp

@@ -1,4 +1,4 @@
-// How the programs of the board say what went wrong.
+// Prints a Status as a message of a program of the board.
 #pragma once
 
 #include "bsp/flight/status_text.hpp"
@@ -6,8 +6,7 @@
 
 namespace ilp {
 
-/// Prints `what`, the text of the status with its values, and what to do, on standard error. `why`: further words about
-/// it, or "".
+/// Prints on standard error: `what`, the text of the status with its values, `why` if it is not empty, and what to do.
 void print_status(const char* what, const Status& status, const char* why = "");
 
 }  // namespace ilp

@@ -1,4 +1,4 @@
-// A YUV4MPEG2 stream as the source of a flight.
+// Source of images for ilp-onboard: a YUV4MPEG2 stream (Y4mCamera).
 #pragma once
 
 #include "bsp/linux/image_source.hpp"
@@ -6,8 +6,9 @@
 
 namespace ilp {
 
-/// A file, or standard input for `-`. In real time everything but a plain file is live (Y4mArrival). The descriptor
-/// stays open until the program ends. Statuses as of Y4mCamera::open(); `io_error`.
+/// The stream is a file, or standard input for `-`. In real time a stream that is no regular file is live (Y4mArrival).
+/// The descriptor stays open until the program ends. The calls return the statuses of Y4mCamera::open(), and `io_error`
+/// (first value: errno) if the file cannot be opened.
 class StreamSource final : public ImageSource {
  public:
   static constexpr ImageSourceKind kind = {

@@ -1,4 +1,4 @@
-// Prints the durations of minor frames and components in short lines on standard output.
+// Prints the durations of minor frames and of the components' steps on standard output.
 #pragma once
 
 #include "fsw/executive/executive.hpp"

@@ -1,4 +1,4 @@
-// The video camera at start-up: settings, self-test, and a report for the person at the bench.
+// Opens the video camera at start-up and prints the verdict on its driver.
 #pragma once
 
 #include "hal/camera/v4l2/v4l2_camera.hpp"
@@ -6,14 +6,15 @@
 
 namespace ilp {
 
-/// `settings` as parse_v4l2_options takes them; the device gives pictures of `width` x `height`. Waits for the verdict
-/// on the driver, five seconds at most, and prints it. A camera that is absent or not ready is no error: the flight
-/// begins and tries again. A camera that cannot deliver the requested pictures is an error; pixel formats are then
-/// named on standard error.
+/// Opens the device of `settings` (parse_v4l2_options) for pictures of `width` x `height` px. Waits up to five seconds
+/// for the verdict on the driver and prints it on standard error. Returns ok also if the camera is absent or not ready,
+/// because the flight tries again. Returns an error of parse_v4l2_options(), or the reason if the camera cannot deliver
+/// such pictures (is_refusal); a wrong pixel format is explained on standard error.
 Status start_video_camera(const char* settings, std::int32_t width, std::int32_t height, const RealClock& clock,
                           V4l2Camera& camera);
 
-/// Asks the device of `settings` for its present picture size.
+/// Reads the size to which the device of `settings` is set at present, px. Returns errors of parse_v4l2_options() and
+/// present_size().
 Status find_video_size(const char* settings, VideoDevice& device, std::int32_t& width, std::int32_t& height);
 
 }  // namespace ilp

@@ -1,4 +1,4 @@
-// A V4L2 camera as the source of a flight.
+// Source of images for ilp-onboard: a V4L2 camera.
 #pragma once
 
 #include "bsp/linux/image_source.hpp"

@@ -1,4 +1,4 @@
-// What a flight does while its disk is waited for or written.
+// Kicks the watchdogs of a flight during long work on its disk.
 #pragma once
 
 #include <cstdio>
@@ -11,18 +11,19 @@
 
 namespace ilp {
 
-/// Keeps the watchdog quiet while a disk is waited for or written.
+/// Kicks the board's watchdog and that of the service manager at each callback of DiskWait.
 class WatchedWait final : public DiskWait {
  public:
   WatchedWait(Watchdog& watchdog, ServiceWatchdog& manager, Clock& clock)
       : watchdog_(watchdog), manager_(manager), clock_(clock) {}
 
-  /// The watchdog may still run from the process before: it is armed while something is waited for.
+  /// Call it at the beginning of a start. The watchdog may still run from the previous process; it is opened, and so
+  /// kicked, at the first callback.
   void begin_start(LinuxWatchdog& watchdog, const WatchdogOptions& options) {
     starting_ = &watchdog;
     options_ = &options;
   }
-  /// The rest of a start takes its time.
+  /// Disarms the watchdog, because the rest of a start may take longer than its timeout.
   void end_start() {
     disarm();
     starting_ = nullptr;

@@ -1,5 +1,5 @@
-// ilp-compute-vulkan: does jobs of a flight on a Vulkan device (docs/compute.md). It is a program of its own, because
-// drivers allocate and the flight does not.
+// ilp-compute-vulkan: computes jobs of a flight on a Vulkan device (docs/compute.md). It is a program of its own,
+// because drivers allocate memory and the flight does not.
 
 #include <cstdio>
 #include <cstring>

@@ -1,11 +1,11 @@
-// Time of a job.
+// Measures the time of a job.
 #pragma once
 
 #include <chrono>
 
 namespace ilp {
 
-/// Starts when it is made.
+/// Counts from its construction.
 class Stopwatch {
  public:
   [[nodiscard]] double seconds() const { return std::chrono::duration<double>(Clock::now() - begun_).count(); }

@@ -97,10 +97,6 @@ bool VulkanDevice::open(const char* name) {
   auto device = of_type<VkDeviceCreateInfo>(VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO);
   device.queueCreateInfoCount = 1;
   device.pQueueCreateInfos = &queue;
-  // A part of Vulkan 1.2, an extension of 1.1.
-  const char* const extensions[] = {VK_KHR_SHADER_FLOAT_CONTROLS_EXTENSION_NAME};
-  device.enabledExtensionCount = rounds_to_nearest_ ? 1 : 0;
-  device.ppEnabledExtensionNames = extensions;
   if (!good(vkCreateDevice(physical_, &device, nullptr, &device_), "vkCreateDevice")) return false;
   vkGetDeviceQueue(device_, family_, 0, &queue_);
   auto fence = of_type<VkFenceCreateInfo>(VK_STRUCTURE_TYPE_FENCE_CREATE_INFO);

@@ -1,5 +1,5 @@
-// A Vulkan device that computes, with everything that its jobs need made before the first one. A function that fails
-// says why on standard error and returns false.
+// Opens a Vulkan device for computing, and makes buffers, pipelines and commands for its jobs. A function that fails
+// prints the reason on standard error and returns false.
 #pragma once
 
 #include <vulkan/vulkan.h>
@@ -10,7 +10,7 @@
 
 namespace ilp {
 
-/// Memory that the processor and the device see.
+/// A storage buffer that the processor and the device share. It begins with zeros.
 struct VulkanBuffer {
   VkBuffer buffer = VK_NULL_HANDLE;
   VkDeviceMemory memory = VK_NULL_HANDLE;
@@ -20,28 +20,29 @@ struct VulkanBuffer {
 
 class VulkanDevice {
  public:
-  static constexpr std::uint32_t lanes = 64;       ///< invocations of a workgroup, in every shader
-  static constexpr std::uint32_t max_buffers = 4;  ///< of one shader
+  static constexpr std::uint32_t lanes = 64;       ///< invocations in a workgroup of every shader
+  static constexpr std::uint32_t max_buffers = 4;  ///< limit of a shader's storage buffers
 
   VulkanDevice() = default;
   VulkanDevice(const VulkanDevice&) = delete;
   VulkanDevice& operator=(const VulkanDevice&) = delete;
 
-  /// Takes the first device whose name contains `name`; null: the first one that can do the work.
+  /// Opens the first suitable device whose name contains `name`; null: the first suitable device.
   bool open(const char* name);
-  /// Prints the devices.
+  /// Prints the names of all devices. Returns false if there is none.
   static bool list();
   [[nodiscard]] const char* name() const { return properties_.deviceName; }
 
   bool make_buffer(std::size_t bytes, VulkanBuffer& buffer);
-  /// A descriptor set of storage buffers at the bindings 0, 1, ..., and a layout with one push constant of 32 bits.
+  /// Makes a descriptor set with the buffers at the bindings 0, 1, ..., and a layout with a push constant of 32 bits.
   bool make_set(std::span<const VulkanBuffer* const> buffers, VkPipelineLayout& layout, VkDescriptorSet& set);
   bool make_pipeline(std::span<const std::uint32_t> shader, VkPipelineLayout layout, VkPipeline& pipeline);
   bool begin_commands(VkCommandBuffer& commands);
   static bool end_commands(VkCommandBuffer commands);
-  /// What a shader wrote is there for the next one, and at the end for the processor, too.
+  /// Records a barrier, so that the next shader sees what the previous one has written. With `last` the processor sees
+  /// it too.
   static void separate(VkCommandBuffer commands, bool last);
-  /// Submits the commands and waits until they are done.
+  /// Submits the commands and waits until they are done, at most 20 s.
   bool run(VkCommandBuffer commands);
 
  private:

@@ -1,4 +1,4 @@
-// The wide search (fsw/vision/overlap/wide_search.hpp) on a Vulkan device.
+// Computes jobs of the wide search (fsw/vision/overlap/wide_search.hpp) on a Vulkan device.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@ class WideSearchJob {
  public:
   /// Makes memory, pipelines and commands.
   bool prepare(VulkanDevice& device);
-  /// Does one job. The bytes are those of search_wide_pose().
+  /// Computes one job. The output has the same bytes as that of search_wide_pose().
   bool run(std::span<const std::byte> input, std::span<std::byte> output);
 
  private:

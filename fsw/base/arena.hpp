@@ -1,4 +1,4 @@
-// A bounded-time allocator over one fixed region, for the libraries that must allocate (SQLite, OpenJPEG).
+// An allocator with bounded time in one fixed region, for the libraries that must allocate (SQLite, OpenJPEG).
 #pragma once
 
 #include <cstddef>
@@ -6,21 +6,21 @@
 
 namespace ilp {
 
-/// Counts that become telemetry. Sizes in bytes, block headers included.
+/// Counts that become telemetry. Sizes are in bytes and include block headers.
 struct ArenaStats {
   std::size_t capacity = 0;
   std::size_t in_use = 0;
   std::size_t peak = 0;        ///< largest in_use since init
-  std::size_t high_water = 0;  ///< largest end of a block in use, from the start of the region: what a region must hold
+  std::size_t high_water = 0;  ///< largest offset of the end of a block in use: the size that the region must have
   std::uint64_t requests = 0;
-  std::uint64_t failed = 0;  ///< requests that found no room
-  std::uint64_t misuse = 0;  ///< calls that named memory not in use here; they change nothing
+  std::uint64_t failed = 0;  ///< requests for which no free block was large enough
+  std::uint64_t misuse = 0;  ///< calls with a pointer to no block in use; they change nothing
 };
 
 /// Two-level segregated fit (M. Masmano, I. Ripoll, A. Crespo, J. Real, "TLSF: a New Dynamic Memory Allocator for
-/// Real-Time Systems", ECRTS 2004). Every call but the copy of reallocate takes constant time. Neighbours merge at
-/// once, so an empty arena is one block again. Every pointer is aligned to 16 bytes. Not thread-safe. Initialisation is
-/// constant, so that malloc may use an arena before any constructor has run.
+/// Real-Time Systems", ECRTS 2004). Every call takes constant time, apart from the copy in reallocate. Free neighbours
+/// are merged at once, so that an empty arena is one block again. Every pointer is aligned to 16 bytes. The class is
+/// not thread-safe. Its initialisation is constant, so that malloc may use an arena before any constructor has run.
 class Arena {
  public:
   static constexpr std::size_t alignment = 16;
@@ -35,15 +35,17 @@ class Arena {
   /// Releases every block at once; the counts stay.
   void reset();
 
-  /// Returns nullptr and counts a failure when there is no room. A request of 0 bytes gives a distinct pointer.
+  /// Returns nullptr and counts a failure when no free block is large enough. A request of 0 bytes gives a distinct
+  /// pointer.
   [[nodiscard]] void* allocate(std::size_t bytes);
-  /// `boundary` is a power of two.
+  /// As allocate(), with a pointer that is a multiple of `boundary`, a power of two.
   [[nodiscard]] void* allocate_aligned(std::size_t boundary, std::size_t bytes);
-  /// As realloc: in place where the neighbour is free; the old block stays untouched when there is no room.
+  /// As realloc. The block grows in place where its neighbour is free. The old block stays unchanged when the call
+  /// fails.
   [[nodiscard]] void* reallocate(void* pointer, std::size_t bytes);
   void release(void* pointer);
 
-  /// Usable bytes at `pointer`, at least as many as were requested; 0 if the pointer is not in use here.
+  /// Usable bytes at `pointer`, at least as many as were requested; 0 if it points to no block in use.
   [[nodiscard]] std::size_t usable_size(const void* pointer) const;
   [[nodiscard]] bool owns(const void* pointer) const;
   [[nodiscard]] const ArenaStats& stats() const { return stats_; }

@@ -9,8 +9,8 @@
 
 namespace ilp {
 
-/// The first value of `invalid_argument`. Sets of parameters that are checked as one have one name. The meaning says
-/// what is expected.
+/// The first value of `invalid_argument`. Parameters that are checked together have one name. The meaning of a row says
+/// which values are valid.
 ILP_ENUMERATION(Argument,
                 // Images and cameras
                 (100, image_size, ""), (101, depth_size, ""), (102, disparity_size, ""), (103, rectified_size, ""),
@@ -49,16 +49,17 @@ ILP_ENUMERATION(Argument,
                 (197, longitude, "from -360 to 360 deg"), (198, latitude, "from -90 to 90 deg"),
                 (199, place_distance, "above 0, at most 100 km"), (200, time_limit, "at most 3000000000 s"))
 
-/// It fits into the four octets that some ground systems have for a value.
+/// The second value of `invalid_argument` when no single number is wrong. It fits into the four octets that some ground
+/// systems have for a value.
 inline constexpr std::int64_t no_number = std::numeric_limits<std::int32_t>::min();
 
-/// `invalid_argument` with the thousandths of a value (type `thousandths` of status_values.hpp).
+/// Returns `invalid_argument` with the refused value in thousandths (type `thousandths` of status_values.hpp).
 Status out_of_range(Argument argument, double value);
 template <typename Number>
 Status out_of_range(Argument argument, Number value) {
   return out_of_range(argument, static_cast<double>(value));
 }
-/// Where no single number is wrong: the value is `no_number`.
+/// Returns `invalid_argument` with `no_number`, where no single number is wrong.
 Status out_of_range(Argument argument);
 
 }  // namespace ilp

@@ -10,10 +10,11 @@
 
 namespace ilp {
 
-/// Detects every change within one aligned word of 8 bytes, and any other change but one in 2^64. Continues from
-/// `before`. It does not protect against intent.
+/// Checksum of `bytes`, continued from the checksum `before`. It detects every change within one aligned word of 8
+/// bytes and misses one in 2^64 of all other changes. It is no protection against deliberate changes.
 [[nodiscard]] std::uint64_t checksum64(std::span<const std::byte> bytes, std::uint64_t before = 0);
 
+/// The bytes of an object.
 template <typename T>
 [[nodiscard]] std::span<const std::byte> memory_of(const T& thing) {
   static_assert(std::is_trivially_copyable_v<T>);
@@ -28,11 +29,11 @@ template <typename T>
 
 enum class GuardFinding : std::uint8_t {
   intact,
-  mended,  ///< its bytes were restored from the copy
-  lost     ///< the copy has changed too: nothing was restored
+  mended,  ///< the object had changed and was restored from the copy
+  lost     ///< object and copy have changed: nothing was restored
 };
 
-/// Keeps a copy of an object that may change at known places only.
+/// Detects and repairs unintended changes of an object by a copy. The owner calls seal() after each intended change.
 template <typename T>
 class Guarded {
   static_assert(std::is_trivially_copyable_v<T>);
@@ -43,7 +44,7 @@ class Guarded {
     std::memcpy(copy_.data(), &thing, sizeof(T));
     sum_ = checksum64(memory_of(thing));
   }
-  /// Compares `thing` with the sealed content and mends it. Call after seal().
+  /// Compares `thing` with the sealed content and restores it if they differ. Call it after seal().
   [[nodiscard]] GuardFinding check(T& thing) {
     if (checksum64(memory_of(thing)) == sum_) return GuardFinding::intact;
     if (checksum64(copy_) == sum_) {

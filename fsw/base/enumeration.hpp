@@ -1,5 +1,5 @@
-// Enumerations whose values have names and meanings, one row per value. The enumerators, documents, mission files and
-// the ground's displays follow from the rows.
+// Enumerations whose values have names and meanings, one row per value. Enumerators, documents, names in mission files
+// and displays on the ground are made from the rows.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ struct EnumValue {
 /// All values of one enumeration, in the order of their rows.
 using EnumValues = std::span<const EnumValue>;
 
-/// Returns the null pointer for a number that no row has.
+/// Finds the row of a number or a name. Returns the null pointer if no row has it.
 [[nodiscard]] constexpr const EnumValue* find_value(EnumValues values, std::uint64_t number) {
   for (const EnumValue& value : values) {
     if (value.number == number) return &value;
@@ -34,14 +34,14 @@ using EnumValues = std::span<const EnumValue>;
 
 inline constexpr EnumValue boolean_values[] = {{0, "false", ""}, {1, "true", ""}};
 
-/// The name of a value; "?" for a number that is no value.
+/// The name of a value; "?" for a number that no row has.
 template <typename Enumeration>
 [[nodiscard]] constexpr const char* name_of(Enumeration value) {
   const EnumValue* const found = find_value(values_of(value), static_cast<std::uint8_t>(value));
   return found != nullptr ? found->name : "?";
 }
 
-/// The value in words: its meaning, or its name if the row has no meaning.
+/// The meaning of a value, or its name if the row has no meaning; "unknown" for a number that no row has.
 template <typename Enumeration>
 [[nodiscard]] constexpr const char* words_of(Enumeration value) {
   const EnumValue* const found = find_value(values_of(value), static_cast<std::uint8_t>(value));
@@ -62,8 +62,8 @@ template <typename Enumeration>
 #define ILP_ENUM_ENUMERATOR(number, name, meaning) name = (number),
 #define ILP_ENUM_ROW(number, name, meaning) ::ilp::EnumValue{number, #name, meaning},
 
-/// Declares `enum class name` of one octet from rows (number, name, meaning), at most 100 of them. Its last enumerator
-/// is `count`, one above the largest number when the rows are in order.
+/// Declares `enum class name` of one octet from at most 100 rows (number, name, meaning). Its last enumerator is
+/// `count`, which is one above the number of the last row.
 #define ILP_ENUMERATION(name, ...)                                                                \
   enum class name : std::uint8_t { ILP_ENUM_EACH(ILP_ENUM_ENUMERATOR, __VA_ARGS__) count };       \
   inline constexpr ::ilp::EnumValue name##_values[] = {ILP_ENUM_EACH(ILP_ENUM_ROW, __VA_ARGS__)}; \

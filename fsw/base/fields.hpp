@@ -1,5 +1,5 @@
-// The fields of a plain struct as the compiler knows them: names, types and order. A struct is one of which a
-// structured binding is possible: all members public and in one class, no base class.
+// The fields of a plain struct at compile time: names, types and order. A structured binding of the struct must be
+// possible: it has no base class, and all its members are public.
 #pragma once
 
 #include <array>
@@ -57,7 +57,7 @@
 namespace ilp {
 namespace fields_detail {
 
-/// Becomes any field.
+/// Converts to the type of any field.
 struct Any {
   template <typename T>
   constexpr operator T() const;  // NOLINT(google-explicit-constructor)
@@ -78,7 +78,7 @@ constexpr bool takes(std::index_sequence<all...>) {
   };
 }
 
-/// The number of initializers, where an array has as many as it has elements.
+/// The number of initializers of T without inner braces: an array has one for each element.
 template <typename T, std::size_t count = 0>
 constexpr std::size_t initializers() {
   if constexpr (takes<T>(std::make_index_sequence<count + 1>{})) {
@@ -112,7 +112,7 @@ constexpr std::size_t count_from() {
 #ifdef __clang__
 #pragma clang diagnostic ignored "-Wundefined-var-template"
 #endif
-/// Never defined: only the addresses of its fields are looked at.
+/// Never defined: only the addresses of its fields are used, at compile time.
 template <typename T>
 extern const T example;
 template <typename T>
@@ -158,7 +158,7 @@ constexpr auto bind(const T& t) {
   ILP_BIND(32)
 }
 
-/// The name of the field at an address: the last word in how the compiler writes it.
+/// The name of the field at an address: the last word of the compiler's text for the address.
 template <Address address>
 constexpr auto name_at() {
   const std::string_view text = __PRETTY_FUNCTION__;
@@ -168,7 +168,7 @@ constexpr auto name_at() {
   return text.substr(before + 1, last - before);
 }
 
-/// `char` has a sign on some processors.
+/// A number for the kind of a type. `char` has a kind of its own, because it is signed on some processors only.
 template <typename T>
 constexpr std::uint64_t kind() {
   if (std::is_floating_point_v<T>) return 1;
@@ -199,11 +199,11 @@ constexpr void for_each_field(Each each) {
   (std::make_index_sequence<count>{});
 }
 
-/// Its fields can be looked at.
+/// Types whose fields for_each_field can visit.
 template <typename T>
 concept PlainStruct = std::is_class_v<T> && std::is_aggregate_v<T>;
 
-/// How a type that is no plain struct stores its elements: `element` and `capacity`.
+/// The type (`element`) and the number (`capacity`) of the elements of an array type.
 template <typename T>
 struct ElementsOf;
 template <typename T, std::size_t count>
@@ -220,8 +220,8 @@ concept HasElements = requires {
   typename ElementsOf<T>::element;
 };
 
-/// A number that changes with the name, the type or the place of a field, at any depth. It is the same for every
-/// compiler and processor. A class with private members counts by its size, a number by its kind and size.
+/// A digest of names, types and order of all fields, at any depth. It is the same for every compiler and processor. A
+/// class with private members contributes its size; a number contributes its kind and size.
 template <typename T>
 constexpr std::uint64_t layout_digest() {
   using fields_detail::mixed;
@@ -246,8 +246,8 @@ void clear_between(T& object, std::size_t begin, std::size_t end) {
 }
 }  // namespace fields_detail
 
-/// Zeroes the octets that belong to no field, at any depth; a class with private members stays as it is. (GCC 12 has
-/// __builtin_clear_padding, but that clears other octets behind an array of structs with arrays.)
+/// Zeroes the octets that belong to no field, at any depth. A class with private members is not changed. (GCC 12 has
+/// __builtin_clear_padding, but it also clears octets after an array of structs with arrays.)
 template <typename T>
 void clear_padding(T& object) {
   using namespace fields_detail;
@@ -276,7 +276,7 @@ void clear_padding(T& object) {
   }
 }
 
-/// A pointer or an address of a function among the fields, at any depth.
+/// Whether a field, at any depth, is a pointer.
 template <typename T>
 constexpr bool has_pointers() {
   if constexpr (HasElements<T>) {

@@ -10,9 +10,9 @@
 
 namespace ilp {
 
-/// Elements live inside the object, so that a struct of FixedVectors is itself trivially copyable and can be a
-/// checkpoint. Indexing is unchecked. Growth beyond the capacity is refused and reported. A flipped bit in the size
-/// never leads beyond the capacity.
+/// The elements are stored inside the object, so that a struct of FixedVectors is trivially copyable and can be a
+/// checkpoint. Indices are not checked. A call that would exceed the capacity returns false and changes nothing. size()
+/// never exceeds the capacity, even if a bit of the stored size is flipped.
 template <typename T, std::size_t Capacity>
 class FixedVector {
   static_assert(std::is_trivially_copyable_v<T>);
@@ -33,7 +33,7 @@ class FixedVector {
   void pop_back() {
     if (!empty()) size_ = static_cast<std::uint32_t>(size() - 1);
   }
-  /// Those behind it move up; nothing where there is no such element.
+  /// Removes an element; the later ones move forward by one. Does nothing if there is no element `index`.
   void erase(std::size_t index) {
     for (std::size_t i = index + 1; i < size(); ++i) items_[i - 1] = items_[i];
     if (index < size()) pop_back();

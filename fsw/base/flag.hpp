@@ -1,12 +1,12 @@
-// Yes or no in one octet, for records.
+// A truth value in one octet, for records.
 #pragma once
 
 #include <cstdint>
 
 namespace ilp {
 
-/// A `bool` whose octet may come from a file or a link: every octet but 0 is a yes, where the octet of a `bool` must be
-/// 0 or 1.
+/// A truth value whose octet may come from a file or a link: 0 is false, every other value is true. (An octet of a
+/// `bool` must be 0 or 1.)
 class Flag {
  public:
   constexpr Flag() = default;

@@ -1,4 +1,4 @@
-// Flight code declares here which library's region serves the calls to malloc in a block (architecture, "Memory").
+// Flight code states by these calls which memory region serves malloc in a block of code (architecture, "Memory").
 #pragma once
 
 #include <cstdint>
@@ -9,14 +9,14 @@ namespace ilp {
 
 /// The libraries that call malloc in flight, each with a region of its own.
 enum class HeapRegion : std::uint8_t {
-  early,
+  early,  ///< requests before the heap is sealed at the start
   openjpeg,
-  postgres,  ///< kept between the calls: a connection lives in it
+  postgres,  ///< keeps its content between the calls, because it holds a connection
   jpeg,      ///< pictures of a camera
   count
 };
 
-/// How the board serves these calls. On a host nothing is installed and the system heap serves everybody.
+/// The board's functions that switch the region. On a host none are installed, and the system heap serves all requests.
 struct HeapGateHooks {
   void (*enter)(HeapRegion region) = nullptr;
   void (*leave)(HeapRegion region) = nullptr;
@@ -24,8 +24,8 @@ struct HeapGateHooks {
 };
 void install_heap_gate(const HeapGateHooks& hooks);
 
-/// Opens the gate for a block of code. The region is emptied on leaving, except `postgres`: nothing allocated inside
-/// may be kept.
+/// While the object exists, `region` serves malloc. Its destructor empties the region, except `postgres`, so that no
+/// memory that was allocated meanwhile may be kept.
 class HeapGateScope {
  public:
   explicit HeapGateScope(HeapRegion region);
@@ -38,22 +38,21 @@ class HeapGateScope {
   HeapRegion region_;
 };
 
-/// A request has failed since the region's gate was opened the last time.
+/// A request has failed since the latest HeapGateScope of this region began.
 [[nodiscard]] bool heap_region_exhausted(HeapRegion region);
 
-/// Calls body(context) with the gate open. This is for a C library that does not survive a failed malloc: OpenJPEG then
-/// crashes or answers wrongly. When the region is exhausted the call is abandoned at once, everything it had allocated
-/// is released with the region, and arena_exhausted is returned; whatever body has written is then void. `body` must
-/// own nothing that a destructor would have to release.
+/// Calls body(context) while `region` serves malloc. This is for a C library that does not survive a failed malloc,
+/// such as OpenJPEG. When the region is exhausted the call ends at once, everything that it had allocated is released
+/// with the region, and `arena_exhausted` is returned; what `body` has written is then invalid. `body` must own nothing
+/// that a destructor would have to release.
 Status call_in_heap_region(HeapRegion region, void (*body)(void*), void* context);
 
-/// Calls body(context), which abandon_heap_call() may end, and returns false if it did. The memory that `body` has
-/// allocated stays: within a call in a heap region this lets the caller release it. `body` must own nothing that a
-/// destructor would have to release.
+/// Calls body(context). Returns false if abandon_heap_call() has ended the call. Memory that `body` has allocated stays
+/// allocated, so that the caller can release it. `body` must own nothing that a destructor would have to release.
 bool call_abandonable(void (*body)(void*), void* context);
 
-/// Abandons the innermost call_abandonable() or call_in_heap_region(): for the allocator of the hooks, and for a C
-/// library's report of an error from which it cannot return. Returns if there is none.
+/// Ends the innermost call_abandonable() or call_in_heap_region(). The allocator of the hooks calls it, and the error
+/// handler of a C library that must not return. If there is no such call it does nothing.
 void abandon_heap_call();
 
 }  // namespace ilp

@@ -1,4 +1,4 @@
-// A view of pixels that somebody else owns, and the fixed image that owns them.
+// ImageView, a view of pixels that it does not own, and FixedImage, which owns pixels in fixed memory.
 #pragma once
 
 #include <array>
@@ -35,7 +35,7 @@ struct ImageView {
   [[nodiscard]] ImageView crop(std::int32_t x, std::int32_t y, std::int32_t w, std::int32_t h) const {
     return ImageView(row(y) + x, w, h, stride);
   }
-  // A mutable view is usable wherever a constant one is.
+  // A mutable view converts to a constant one.
   operator ImageView<const T>() const requires(!std::is_const_v<T>) {
     return ImageView<const T>(data, width, height, stride);
   }
@@ -48,13 +48,15 @@ template <typename A, typename B>
 
 using GrayView = ImageView<const std::uint8_t>;
 using MutableGrayView = ImageView<std::uint8_t>;
-/// 0 = outside, anything else = inside.
+/// A mask: 0 is outside, any other value is inside.
 using MaskView = ImageView<const std::uint8_t>;
 
-/// Static storage for an image of up to `Capacity` pixels; rows are contiguous. `Spare` more are for work in place.
+/// Storage for an image of up to `Capacity` pixels, without gaps between rows. `Spare` further pixels follow for work
+/// that needs more memory than the image.
 template <typename T, std::size_t Capacity, std::size_t Spare = 0>
 class FixedImage {
  public:
+  /// Sets the size; the pixels are undefined. Returns `image_too_large` (values: width, height) beyond the capacity.
   [[nodiscard]] Status resize(std::int32_t width, std::int32_t height) {
     if (width < 0 || height < 0 || static_cast<std::size_t>(width) * static_cast<std::size_t>(height) > Capacity) {
       return {StatusCode::image_too_large, width, height};
@@ -67,7 +69,7 @@ class FixedImage {
   [[nodiscard]] std::int32_t height() const { return height_; }
   [[nodiscard]] ImageView<T> view() { return {pixels_.data(), width_, height_}; }
   [[nodiscard]] ImageView<const T> view() const { return {pixels_.data(), width_, height_}; }
-  /// The image's pixels and what follows them.
+  /// All storage: the image's pixels and the unused ones after them.
   [[nodiscard]] std::span<T> storage() { return pixels_; }
 
  private:

@@ -1,4 +1,4 @@
-// Whole numbers as bytes, the least significant first, on every machine.
+// Unsigned integers as bytes, the least significant first, on every machine.
 #pragma once
 
 #include <concepts>
@@ -13,6 +13,7 @@ void store_little_endian(Unsigned value, std::uint8_t* to) {
   for (std::size_t i = 0; i < sizeof(value); ++i) to[i] = static_cast<std::uint8_t>(value >> (8 * i));
 }
 
+/// Reads an integer of sizeof(Unsigned) bytes at `from`.
 template <std::unsigned_integral Unsigned>
 [[nodiscard]] Unsigned load_little_endian(const std::uint8_t* from) {
   Unsigned value = 0;

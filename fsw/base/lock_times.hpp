@@ -1,4 +1,4 @@
-// The latest time for which another process kept the lock of the store, as one writer has found it.
+// When another process last held the lock of the store, as one writer has observed it.
 #pragma once
 
 #include <cstdint>
@@ -7,12 +7,14 @@
 
 namespace ilp {
 
+/// The latest period in which the lock was found taken.
 struct LockTimes {
   enum class Is : std::uint8_t { never_found, taken, free_again } is = Is::never_found;
   TimeNs begin_ns = 0;
-  TimeNs end_ns = 0;  ///< of one that is `free_again`
+  TimeNs end_ns = 0;  ///< valid if `is` is free_again
 
   [[nodiscard]] bool taken() const { return is == Is::taken; }
+  /// Notes an attempt to take the lock: whether another process held it.
   void note(bool found_taken, TimeNs now) {
     if (found_taken && !taken()) begin_ns = now;
     if (!found_taken && taken()) end_ns = now;

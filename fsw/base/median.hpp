@@ -7,8 +7,8 @@
 
 namespace ilp {
 
-/// The middle value in order; of an even number of values the upper one of the two in the middle. The list is reordered
-/// and must not be empty.
+/// Returns the median; for an even number of values, the larger one of the two in the middle. `values` must not be
+/// empty and is reordered.
 template <typename Value>
 [[nodiscard]] Value upper_median(std::span<Value> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);

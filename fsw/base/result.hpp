@@ -1,4 +1,4 @@
-// A value, or the fault for which there is none: what a function returns that would need a Status and an output.
+// A value or a fault: the return type of a function that would otherwise need a Status and an output parameter.
 #pragma once
 
 #include <concepts>
@@ -7,13 +7,13 @@
 
 namespace ilp {
 
-/// `Result<bool>` is the answer of a step that may find nothing to do: yes, no, or a fault.
+/// A Result<bool> often means: true if something was found or done, false if not, or a fault.
 template <typename Value>
 class [[nodiscard]] Result {
  public:
   // NOLINTNEXTLINE(google-explicit-constructor): it allows `return true;`.
   constexpr Result(std::same_as<Value> auto value) : value_(value) {}
-  /// Without a value: `fault` is not ok.
+  /// A result without a value. `fault` must not be ok.
   // NOLINTNEXTLINE(google-explicit-constructor): it allows ILP_TRY, and `return StatusCode::not_ready;`.
   constexpr Result(const Status& fault) : status_(fault) {}
   // NOLINTNEXTLINE(google-explicit-constructor): as above.
@@ -21,7 +21,7 @@ class [[nodiscard]] Result {
 
   [[nodiscard]] constexpr bool ok() const { return status_.ok(); }
   [[nodiscard]] constexpr const Status& status() const { return status_; }
-  /// Value{} where there is none.
+  /// The value; Value{} after a fault.
   [[nodiscard]] constexpr const Value& value() const { return value_; }
 
  private:
@@ -42,7 +42,7 @@ class [[nodiscard]] Result {
 
 namespace ilp {
 
-/// Calls `slice` until it answers that there is no more to do.
+/// Calls `slice`, which returns a Result<bool>, until it returns false (no more to do) or a fault.
 template <typename Slice>
 Status do_all(Slice slice) {
   for (bool more = true; more;) {  // bound: the slices of the caller's work

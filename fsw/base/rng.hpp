@@ -5,7 +5,7 @@
 
 namespace ilp {
 
-/// Mixes 64 bits (the finaliser of SplitMix64); turns ids into well-spread seeds.
+/// Mixes 64 bits (the finaliser of SplitMix64), which makes well-spread seeds from ids.
 [[nodiscard]] constexpr std::uint64_t mix64(std::uint64_t x) {
   x += 0x9E3779B97F4A7C15ULL;
   x = (x ^ (x >> 30U)) * 0xBF58476D1CE4E5B9ULL;
@@ -15,13 +15,14 @@ namespace ilp {
 
 class Rng {
  public:
-  /// `stream` tells apart users that share a seed.
+  /// Users with the same seed and different `stream` get independent numbers.
   explicit constexpr Rng(std::uint64_t seed, std::uint64_t stream = 0) : increment_((mix64(stream) << 1U) | 1U) {
     next();
     state_ += mix64(seed);
     next();
   }
 
+  /// Uniform in [0, 2^32).
   constexpr std::uint32_t next() {
     const std::uint64_t old = state_;
     state_ = old * 6364136223846793005ULL + increment_;

@@ -13,8 +13,8 @@ enum class StatusCode : std::uint16_t {
 #include "fsw/base/status_list.inc"
 #undef ILP_STATUS
 };
-/// All codes are below this limit. Numbers of removed codes are never used again, so that not every number below it is
-/// a code.
+/// All codes are below this limit. Numbers of removed codes are never used again, so that some numbers below the limit
+/// are no codes.
 inline constexpr std::uint16_t status_code_limit = 256;
 /// Whether status_list.inc has a code of this number.
 [[nodiscard]] bool is_status_code(std::uint64_t number);
@@ -22,6 +22,7 @@ inline constexpr std::uint16_t status_code_limit = 256;
 /// Severities of ECSS-E-ST-70-41C service 5.
 ILP_ENUMERATION(Severity, (0, info, ""), (1, low, ""), (2, medium, ""), (3, high, ""))
 
+/// A code and its two values, whose meanings are in the code's row of status_list.inc.
 struct [[nodiscard]] Status {
   StatusCode code = StatusCode::ok;
   std::int64_t a = 0;
@@ -36,10 +37,9 @@ struct [[nodiscard]] Status {
   [[nodiscard]] constexpr bool is(StatusCode other) const { return code == other; }
 };
 
-/// The identifier of the code, as written in status_list.inc. An unknown number gives the identifier of the first
-/// fault.
+/// The identifier of the code in status_list.inc. For an unknown number it is that of the first fault.
 [[nodiscard]] const char* status_name(StatusCode code);
-/// One sentence with %a and %b as place holders for the values.
+/// One sentence with the placeholders %a and %b for the values.
 [[nodiscard]] const char* status_text(StatusCode code);
 [[nodiscard]] const char* status_advice(StatusCode code);
 [[nodiscard]] Severity status_severity(StatusCode code);
@@ -49,8 +49,8 @@ struct [[nodiscard]] Status {
   return status.is(StatusCode::not_found) || status.is(StatusCode::record_damaged);
 }
 
-/// The fault may pass: the same call may succeed later, and the requested data may be intact. Every other code is
-/// final: a repeated call gives the same answer.
+/// The fault is transient: the same call may succeed later, and the requested data may be intact. Every other fault is
+/// final: a repeated call returns the same fault.
 [[nodiscard]] constexpr bool is_transient(const Status& status) {
   switch (status.code) {
     case StatusCode::io_error:
@@ -58,7 +58,7 @@ struct [[nodiscard]] Status {
     case StatusCode::store_lost:
     case StatusCode::store_locked:
     case StatusCode::store_full:
-    case StatusCode::store_damaged:  // of the whole database: it is quarantined, or salvaged, by the next start
+    case StatusCode::store_damaged:  // the next start quarantines or salvages the whole database
     case StatusCode::arena_exhausted:
       return true;
     default:
@@ -66,13 +66,13 @@ struct [[nodiscard]] Status {
   }
 }
 
-/// The place of the latest failed assertion (file of __FILE__, line). The executive puts it into the event report.
+/// Source file and line of the latest failed assertion. The executive puts them into the event report.
 struct AssertionPlace {
   const char* file = nullptr;
   std::int32_t line = 0;
 };
 [[nodiscard]] AssertionPlace last_assertion();
-/// Records the place and returns the Status that fails the step.
+/// Records file and line, and returns the Status with which the step fails.
 Status assertion_failure(const char* file, std::int32_t line, std::int64_t value);
 
 }  // namespace ilp

@@ -8,7 +8,7 @@
 
 namespace ilp {
 
-/// (name, unit, values per unit, meaning). Values without a unit are written as they are, or by the names that
+/// Rows (name, unit, values per unit, meaning). Values without a unit are written as numbers, or by the names that
 /// bsp/flight/status_text.hpp knows.
 #define ILP_VALUE_TYPES(ROW)                                                      \
   ROW(none, "", 1, "always 0")                                                    \
@@ -70,7 +70,7 @@ enum class ValueType : std::uint8_t {
 struct ValueTypeInfo {
   const char* name;
   const char* unit;
-  std::int32_t per_unit;  ///< the stored number is that many times the value in the unit
+  std::int32_t per_unit;  ///< the stored number is the value in the unit times per_unit
   const char* meaning;
 };
 [[nodiscard]] const ValueTypeInfo& info_of(ValueType type);
@@ -84,7 +84,7 @@ struct StatusValues {
 };
 [[nodiscard]] StatusValues status_values(StatusCode code);
 
-/// Value of `unsupported_format`, except for the four-character codes of Linux.
+/// The value of `unsupported_format`, which may instead be a four-character code of Linux.
 ILP_ENUMERATION(FormatFault, (0, other, "a file of another kind"), (1, not_pgm, "no binary PGM file"),
                 (2, pgm_depth, "a PGM file with other than 255 levels"),
                 (3, y4m_sampling, "a Y4M stream of another chroma sampling"), (4, y4m_rate, "the rate of a Y4M stream"),
@@ -98,7 +98,7 @@ ILP_ENUMERATION(FormatFault, (0, other, "a file of another kind"), (1, not_pgm, 
 ILP_ENUMERATION(FrameDamage, (1, flagged, "flagged by the driver"), (2, too_short, "too few bytes"),
                 (3, too_long, "too many bytes"), (4, undecodable, "a JPEG file that is none or cannot be decoded"))
 
-/// What exposure_limited says of the images.
+/// The value of exposure_limited.
 ILP_ENUMERATION(Brightness, (1, too_dark, "too dark"), (2, too_bright, "too bright"))
 
 /// Where the bytes of damaged memory were taken from (memory_damaged).

@@ -6,7 +6,7 @@
 
 namespace ilp {
 
-/// Copies as much of `from` as fits and always terminates the text.
+/// Copies as much of `from` as fits, terminates the text, and fills the rest with zeros.
 template <std::size_t N>
 void copy_text(char (&to)[N], const char* from) {
   std::size_t i = 0;
@@ -14,7 +14,7 @@ void copy_text(char (&to)[N], const char* from) {
   for (; i < N; ++i) to[i] = 0;
 }
 
-/// The part after the last slash.
+/// The part of a path after its last slash.
 [[nodiscard]] inline const char* base_name(const char* path) {
   const char* name = path;
   for (const char* c = path; c != nullptr && *c != 0; ++c) {
@@ -23,7 +23,7 @@ void copy_text(char (&to)[N], const char* from) {
   return name;
 }
 
-/// A text that is built piece by piece. Text that does not fit is cut and sets `overflow`.
+/// A terminated text that grows by add(). Text that does not fit is cut, and overflow() becomes true.
 template <std::size_t N>
 class FixedText {
  public:
@@ -39,7 +39,7 @@ class FixedText {
     }
     return *this;
   }
-  /// Decimal, at least `digits` wide with leading zeros.
+  /// Appends a decimal number with at least `digits` digits.
   FixedText& add(std::int64_t value, int digits = 1) {
     char reversed[24];
     int n = 0;

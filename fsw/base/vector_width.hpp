@@ -1,4 +1,5 @@
-// The one place where code is compiled for wider vectors than every processor of its architecture has.
+// Compiles selected code also for wider vectors than every processor of the architecture has, and calls the version
+// that the present processor can run.
 #pragma once
 
 #include <cstdint>
@@ -9,14 +10,14 @@ enum class VectorWidth : std::uint8_t { bytes16, bytes32 };
 
 /// The widest vectors of this processor: 32 bytes with AVX2 on x86-64, otherwise 16.
 [[nodiscard]] VectorWidth widest_vectors();
-/// The width in use: the widest, unless a test has chosen another one.
+/// The width in use: widest_vectors(), unless a test has set another one.
 [[nodiscard]] VectorWidth vectors_in_use();
-/// For tests, which compare the results of both widths. The processor must have these vectors.
+/// Sets the width in use, for tests that compare the results of both widths. The processor must have such vectors.
 void use_vectors(VectorWidth width);
 
 #if defined(__x86_64__) && !defined(__AVX2__)
-/// The compiler puts everything that `work` calls, and can see, into this function, and so compiles it for these
-/// vectors. What it cannot see is called as usual.
+/// Calls `work()`. The compiler inlines into this function all calls of `work` whose code it sees, and compiles them
+/// for vectors of 32 bytes. Other functions are called as they are.
 template <typename Work>
 [[gnu::target("avx2"), gnu::flatten, gnu::noinline]] void run_with_32_bytes(const Work& work) {
   work();
@@ -25,8 +26,8 @@ template <typename Work>
 [[gnu::flatten, gnu::noinline]] void run_with_16_bytes(const Work& work) {
   work();
 }
-/// Calls `work()`, compiled for the vectors in use. The result must not depend on their width: it consists of integers,
-/// or of floating-point operations on one element at a time, which no compiler may contract or reorder here.
+/// Calls `work()`, compiled for the width in use. The result must not depend on the width: `work` computes with
+/// integers, or with floating-point operations on single elements, which the compiler does not contract or reorder.
 template <typename Work>
 void with_widest_vectors(const Work& work) {
   if (vectors_in_use() == VectorWidth::bytes32) {
@@ -42,14 +43,14 @@ void with_widest_vectors(const Work& work) {
 }
 #endif
 
-/// A width as a type, for code that lays its data out for it.
+/// A width as a type, for code whose data layout depends on the width.
 template <VectorWidth width>
 struct KnownWidth {
   static constexpr bool is_wide = width == VectorWidth::bytes32;
 };
 
-/// As with_widest_vectors(), for work whose instructions differ between the widths, but not its result: calls
-/// `work(KnownWidth<...>())`.
+/// Calls `work(KnownWidth<...>())` with the width in use. The code of `work` may depend on the width; its result must
+/// not.
 template <typename Work>
 void with_known_vectors(const Work& work) {
 #if defined(__x86_64__) && !defined(__AVX2__)

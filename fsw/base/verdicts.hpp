@@ -1,4 +1,4 @@
-// Verdicts of the kernels of computer vision. The values stand in records and reports.
+// Verdicts of the kernels of computer vision. Records and reports contain their numbers.
 #pragma once
 
 #include "fsw/base/enumeration.hpp"
@@ -16,13 +16,13 @@ ILP_ENUMERATION(TwoViewVerdict, (0, ok, ""),
                 (3, too_few_inliers, "too few inliers"),
                 (4, ill_conditioned, "many poses explain the matches: they lie on a line, for example"))
 
-/// Verdict on relating a keyframe to its strip. The first keyframe of a strip waits for the next one. Only the first
-/// pair of a strip can get `two_view_failed`.
+/// Verdict on the pose of a keyframe in its strip. The first keyframe of a strip gets `waiting` until the next one
+/// comes. Only the first pair of a strip can get `two_view_failed`.
 ILP_ENUMERATION(SequenceVerdict, (0, ok, ""), (1, waiting, "waits for a pair that can begin"),
                 (2, too_few_matches, "too few matches"), (3, two_view_failed, "pair gives no pose"),
                 (4, resection_failed, "resection failed"), (5, implausible, "implausible step"))
 
-/// Verdict on the search for a camera in flight.
+/// Verdict on the self-calibration of the camera in flight.
 ILP_ENUMERATION(CalibrationVerdict, (0, searching, "more keyframes will say more"),
                 (1, ok, "the images determine the camera"),
                 (2, partly, "the images leave some of the intrinsics as uncertain as they were given"),
@@ -39,19 +39,19 @@ ILP_ENUMERATION(PlaceVerdict, (0, verified, "both show the same ground"),
                 (5, by_chance, "as many matches as unrelated ground of this texture can have"),
                 (6, ambiguous, "the ground repeats itself, and another place fits nearly as well"))
 
-/// The model that explains a pair of images better by GRIC (P. Torr, CVPR 1997).
+/// The model that GRIC (P. Torr, CVPR 1997) prefers for a pair of images.
 ILP_ENUMERATION(PairModel, (0, none, "no pair, or too few matches"),
                 (1, fundamental, "the fundamental matrix is clearly better: the pair shows relief"),
                 (2, homography, "a homography explains the pair as well"))
 
-/// The intrinsics of a camera with OpenCV's distortion.
+/// The intrinsics that self-calibration estimates, with OpenCV's distortion.
 ILP_ENUMERATION(Intrinsic, (0, focal_length, "focal length"), (1, centre_x, "x of the principal point"),
                 (2, centre_y, "y of the principal point"), (3, k1, "radial distortion k1"),
                 (4, k2, "radial distortion k2"), (5, p1, "tangential distortion p1"),
                 (6, p2, "tangential distortion p2"))
 inline constexpr std::size_t intrinsic_count = values_of(Intrinsic{}).size();
 
-/// What makes a given camera improbable before an image is seen.
+/// Why the intrinsics of a given camera are improbable, before any image is used.
 ILP_ENUMERATION(
     CameraSuspicion, (0, none, ""),
     (1, field_of_view,
@@ -66,7 +66,7 @@ ILP_ENUMERATION(CameraCheckVerdict, (0, fits, "the images ask for no other lens"
                  "no lens explains the images: a rolling shutter, a zoom or focus that changes, a bent image"),
                 (3, nothing_seen, "too few points"))
 
-/// What the vehicle's measurements say about the world of a strip.
+/// Verdict on the vehicle's measurements from which scale, orientation and position of a strip's frame are estimated.
 ILP_ENUMERATION(
     StripFrameVerdict, (0, ok, "the measurements agree"),
     (1, nothing_measured, "fewer than three keyframes have measurements"),
@@ -91,7 +91,7 @@ ILP_ENUMERATION(MapVerdict, (0, fixed, "the keyframe's place on the map is known
                 (6, senses_contradict, "image and shape of the map give different places"),
                 (7, contradicts_prior, "rotation or height would differ from the prior by more than it errs"))
 
-/// What of a map was compared with the keyframe.
+/// The data of a map that were compared with the keyframe.
 ILP_ENUMERATION(MapSense, (0, relit, "the map's image, lit by the sun of the moment"),
                 (1, shape, "the map's heights, lit by the sun of the moment"),
                 (2, relief, "the map's heights with those of the keyframe: no light is in it"))

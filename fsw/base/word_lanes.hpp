@@ -1,5 +1,5 @@
-// Vectors of words of 16 bits and of their products, in the widths of vector_width.hpp. All results are integers, the
-// same in every width.
+// Vectors of 16-bit words and of 32-bit sums of their products, in the widths of vector_width.hpp. All results are
+// integers and the same for every width.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ struct WordLanes<KnownWidth<VectorWidth::bytes16>> {
   using UnsignedSums [[gnu::vector_size(16)]] = std::uint32_t;
   static constexpr std::int32_t word_count = 8, sum_count = 4;
 
-  /// Adds products, two neighbours to one sum.
+  /// sums[i] += p[2 i] * q[2 i] + p[2 i + 1] * q[2 i + 1]
   [[gnu::always_inline]] static void add_products(const Words& p, const Words& q, Sums& sums) {
 #if defined(__SSE2__)
     // GCC does not find this instruction by itself.
@@ -37,7 +37,7 @@ struct WordLanes<KnownWidth<VectorWidth::bytes16>> {
     const auto load = [&](int i) { return static_cast<std::int32_t>(from[static_cast<std::uint32_t>(at[i])]); };
     words = Sums{load(0), load(1), load(2), load(3)};
   }
-  /// The sum of each of four vectors.
+  /// Element i of the result is the sum of the elements of the i-th vector.
   static Sums sums_of_four(const Sums& p, const Sums& q, const Sums& r, const Sums& s) {
     const Sums pq = __builtin_shufflevector(p, q, 0, 4, 1, 5) + __builtin_shufflevector(p, q, 2, 6, 3, 7);
     const Sums rs = __builtin_shufflevector(r, s, 0, 4, 1, 5) + __builtin_shufflevector(r, s, 2, 6, 3, 7);
@@ -89,7 +89,7 @@ struct WordLanes<KnownWidth<VectorWidth::bytes32>> {
 };
 #endif
 
-/// Fills a vector with what lies at `from`, at any address.
+/// Loads a vector from `from`, which need not be aligned.
 template <typename Vector, typename Element>
 void load_lanes(const Element* from, Vector& v) {
   std::memcpy(&v, from, sizeof v);

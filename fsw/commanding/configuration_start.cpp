@@ -1,4 +1,4 @@
-// What Configuration finds in the store and in the nonvolatile memory when a process starts.
+// The part of Configuration that runs at the start of a process: reads the store and the nonvolatile memory.
 #include <algorithm>
 
 #include "fsw/commanding/configuration.hpp"

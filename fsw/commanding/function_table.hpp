@@ -1,4 +1,4 @@
-// The functions of service 8, as fsw/commanding/functions.inc has them.
+// The functions of service 8, as listed in fsw/commanding/functions.inc.
 #pragma once
 
 #include <cstddef>
@@ -16,15 +16,15 @@ struct FunctionInfo {
   Function function;
   const char* name;       ///< at most 8 characters
   const char* arguments;  ///< for documents; TIME is in the tailoring's time format
-  std::uint8_t bytes;     ///< octets of its arguments, without TIME
+  std::uint8_t bytes;     ///< octets of the arguments, without TIME
   bool has_time;          ///< the arguments begin with TIME
-  std::uint8_t optional;  ///< octets that may follow
+  std::uint8_t optional;  ///< octets of an optional argument that may follow
   const char* description;
 };
 
 [[nodiscard]] std::span<const FunctionInfo> function_table();
 
-/// The null pointer when no function has this name.
+/// Returns the null pointer if no function has this name.
 [[nodiscard]] const FunctionInfo* find_function(const char* name);
 
 }  // namespace ilp

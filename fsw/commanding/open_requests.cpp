@@ -1,4 +1,4 @@
-// Requests whose completion takes time. It is found in the records of the components that carry them out.
+// Follows requests whose completion takes time, in the records of the components that carry them out.
 #include "fsw/commanding/telecommand_service.hpp"
 #include "fsw/shared/checkpoint.hpp"
 #include "fsw/shared/new_command.hpp"

@@ -1,4 +1,4 @@
-// Service 11: telecommands that wait for their time.
+// Service 11, time-based scheduling: telecommands that wait for their release times.
 #include <algorithm>
 #include <utility>
 

@@ -1,4 +1,4 @@
-// Service 17: tests of the connection.
+// Service 17, test: tests of the connection.
 #include "fsw/commanding/telecommand_service.hpp"
 #include "fsw/packets/service_functions.hpp"
 

@@ -1,4 +1,4 @@
-// Service 20: mission parameters, all or none of a request.
+// Service 20, parameter management: a request sets all of its mission parameters or none.
 #include "fsw/commanding/settings.hpp"
 #include "fsw/commanding/telecommand_service.hpp"
 #include "fsw/packets/service_parameters.hpp"

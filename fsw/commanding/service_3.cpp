@@ -1,5 +1,5 @@
-// Service 3: housekeeping reports. Lists are checked whole; then each item is a `command` to telemetry, which makes the
-// reports.
+// Service 3, housekeeping. A list is checked completely; then each of its items becomes a `command` to telemetry, which
+// makes the reports.
 #include "fsw/commanding/telecommand_service.hpp"
 #include "fsw/packets/report_table.hpp"
 #include "fsw/packets/service_housekeeping.hpp"

@@ -1,4 +1,5 @@
-// Service 5: which events are reported. Lists are checked whole; then each item is a `command` to telemetry.
+// Service 5, event reporting: enables and disables events. A list is checked completely; then each of its items becomes
+// a `command` to telemetry.
 #include "fsw/commanding/telecommand_service.hpp"
 #include "fsw/packets/service_events.hpp"
 

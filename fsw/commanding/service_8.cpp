@@ -1,4 +1,4 @@
-// Service 8: the functions of fsw/commanding/functions.inc. Each takes effect by a record that
+// Service 8, function management: the functions of fsw/commanding/functions.inc. Each takes effect by a record that
 // another component reads, or by a parameter.
 #include "cfg/schedule.hpp"
 #include "fsw/base/argument.hpp"

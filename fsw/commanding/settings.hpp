@@ -1,4 +1,4 @@
-// Mission parameters that were set by telecommand: stored, and applied over the mission file at every start.
+// Stores mission parameters that were set by telecommand. At every start they replace those of the mission file.
 #pragma once
 
 #include "cfg/mission.hpp"
@@ -6,11 +6,12 @@
 
 namespace ilp {
 
-/// Writes every setting into `mission`. Together they must be valid, or none is used. `setting_ignored` (a = the first
-/// parameter at fault, b = the relation) when some or all were left out: the flight continues with the rest.
+/// Writes all valid settings of the store into `mission`. Returns `setting_ignored` (first value: number of a
+/// parameter) if some were left out, and `setting_ignored` (second value: Relation) if all were left out because they
+/// contradict each other. The flight continues in both cases.
 Status load_settings(Reader<SettingRecord> store, MissionParameters& mission);
 
-/// Writes the record of a setting, in an open transaction.
+/// Writes the record of the setting of parameter `index`, in an open transaction.
 Status write_setting(StorePart<Writes<SettingRecord>> store, std::size_t index, double value, TimeNs now);
 
 }  // namespace ilp

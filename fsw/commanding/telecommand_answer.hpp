@@ -1,4 +1,4 @@
-// What becomes of one telecommand, reported by service 1.
+// The verification reports (service 1) on one telecommand.
 #pragma once
 
 #include "fsw/base/status.hpp"
@@ -8,9 +8,9 @@
 
 namespace ilp {
 
-/// Reports of success go out where the telecommand asks for them, failures always. A failure is reported for the stage
-/// that was not reached: [1,2] before `accept`, [1,4] before `start`, [1,8] after it. Failure data are the two values
-/// of the Status, each signed and of eight octets.
+/// Success is reported if the telecommand requests it, failure always. A failure is reported for the first stage that
+/// was not reached: [1,2] before accept(), [1,4] before start(), [1,8] after start(). Failure data are the two values
+/// of the Status, each as a signed number of eight octets.
 class Answer {
  public:
   Answer(TelemetryWriter& writer, const RequestId& request, std::uint8_t ack_flags)
@@ -19,21 +19,21 @@ class Answer {
   void accept();
   void start();
   void progress(std::uint32_t step);
-  /// Completion, or the failure.
+  /// Reports completion if `status` is ok, otherwise the failure.
   void finish(const Status& status);
-  /// A report of another service, to the source of the telecommand.
+  /// Sends a report of another service to the source of the telecommand.
   Status report(std::uint8_t service, std::uint8_t subtype, std::span<const std::uint8_t> data);
 
   [[nodiscard]] const RequestId& request() const { return request_; }
   [[nodiscard]] std::uint8_t ack_flags() const { return ack_flags_; }
   [[nodiscard]] bool accepted() const { return stage_ != Stage::received; }
-  /// The completion is reported later.
+  /// Completion will be reported later.
   void keep_open() { open_ = true; }
   [[nodiscard]] bool open() const { return open_; }
-  /// Acceptance and start are reported later, too, unless the telecommand fails before.
+  /// Acceptance and start will be reported later, unless the telecommand fails before.
   void postpone() { postponed_ = true; }
   [[nodiscard]] bool postponed() const { return postponed_; }
-  /// The telecommand was begun in an earlier step.
+  /// The telecommand was started in an earlier step.
   void continue_started() { stage_ = Stage::started; }
 
  private:

@@ -10,16 +10,16 @@
 
 namespace ilp {
 
-/// Releases authenticated telecommands to the Telecommander only when the highest sequence number is stored, in the
-/// nonvolatile memory beside the database or in the database itself: no telecommand is ever executed twice. If neither
-/// can be written, telecommands wait for ten seconds. After that, commanding takes precedence, with the event
-/// marks_not_kept, until one of the two can be written again. Refused packets are reported as an event with their
-/// number, at most every ten seconds. Without authentication of telecommands it does nothing.
+/// Releases authenticated telecommands to the Telecommander only when their highest sequence number is stored in the
+/// nonvolatile memory or in the database, so that no telecommand is executed twice, even after a restart. If neither
+/// can be written, telecommands wait for ten seconds and are then released without stored sequence numbers, with the
+/// event marks_not_kept. The number of refused packets is reported as an event, at most every ten seconds. Without
+/// authentication of telecommands the component does nothing.
 class TelecommandGuard final : public StageComponent<ComponentId::telecommand_guard> {
  public:
   static const CheckpointForm checkpoint;
 
-  /// In `memory` the marks outlive the database.
+  /// Sequence numbers that are stored in `memory` survive the loss of the database. `memory` may be null.
   TelecommandGuard(Tables store, PacketRouter& router, Clock& clock, FlightMemory* memory = nullptr);
 
   Status restore() override;
@@ -42,16 +42,17 @@ class TelecommandGuard final : public StageComponent<ComponentId::telecommand_gu
     TimeNs reported_ns = 0;
     TimeNs failing_ns = 0;
     TimeNs reported_failing_ns = 0;
-    std::int64_t unkept = 0;  ///< telecommands released without marks since the last report of it
+    std::int64_t unkept = 0;  ///< telecommands that were released without stored marks since the last report
     std::uint32_t reported_refused = 0;
     bool reported = false;
     bool reported_off = false;
-    bool failing = false;  ///< marks have not been kept since
+    bool failing = false;  ///< marks could not be stored since `failing_ns`
   };
+  /// Stores the marks if they have changed.
   Status keep_marks();
   Status keep_in_memory(const SequenceMarks& marks);
   Status keep_in_store(State& after);
-  /// Releases telecommands though their marks cannot be kept.
+  /// Releases telecommands although their marks cannot be stored, once they have waited long enough.
   Status go_before(const Status& fault);
   Status updates();
 

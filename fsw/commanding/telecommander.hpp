@@ -1,4 +1,4 @@
-// Takes telecommands from the link and from the schedule, carries them out, and reports what becomes of each.
+// Takes telecommands from the link and from the schedule, carries them out, and reports their verification.
 #pragma once
 
 #include "fsw/commanding/telecommand_service.hpp"
@@ -7,20 +7,19 @@
 namespace ilp {
 
 /// Services 1, 3, 5, 8, 11, 17 and 20 of ECSS-E-ST-70-41C (docs/commanding.md). Every telecommand whose primary header
-/// can be read is answered. What a telecommand changes is committed before its success is reported: it acts on the
-/// other components through records only, of which `command` carries most. Requests whose completion takes time, and
-/// the schedule, survive a restart. While another process keeps the lock of the store, telecommands that change nothing
-/// are carried out; any other one waits for two seconds from the beginning of the lock, and then fails with
-/// `store_locked`.
+/// can be read is answered. Telecommands act on other components only through records, mostly `command`; these are
+/// committed before success is reported. The schedule, and requests whose completion takes time, survive a restart.
+/// While another process holds the store's lock, telecommands that change nothing are carried out. Any other
+/// telecommand waits until two seconds after the begin of the lock, and then fails with `store_locked`.
 ///
-/// It is the dispatcher; each service_N.cpp carries out the telecommands of one service, and open_requests.cpp follows
-/// those whose completion takes time.
+/// This class dispatches telecommands. Each service_N.cpp carries out the telecommands of one service, and
+/// open_requests.cpp follows requests whose completion takes time.
 class Telecommander final : public StageComponent<ComponentId::telecommander> {
  public:
   static const CheckpointForm checkpoint;
 
-  /// Parameters set by telecommand take effect in `mission`. The configuration makes them tentative; without it they
-  /// are settings in the store.
+  /// Parameters that are set by telecommand take effect in `mission`. `configuration` makes them tentative; if it is
+  /// null, they are only stored as settings.
   Telecommander(Tables store, PacketRouter& router, TelemetryWriter& writer, Clock& clock, MissionParameters& mission,
                 Configuration* configuration = nullptr);
 
@@ -35,10 +34,12 @@ class Telecommander final : public StageComponent<ComponentId::telecommander> {
  private:
   using State = CommandingState;
 
+  /// Takes telecommands from the link and carries them out.
   void receive();
-  /// Whether the telecommand waits for the lock of the store, and all later ones with it.
+  /// Whether the telecommand, and with it all later ones, must wait for the store's lock.
   bool waits_for_lock(std::span<const std::uint8_t> packet);
   Status try_store();
+  /// Carries out the scheduled telecommands that are due.
   void release();
   void release_one(const ScheduleEntry& entry, TimeNs now);
   void carry_out(std::span<const std::uint8_t> packet, TimeNs nominal_ns, const ScheduleEntry* entry);
@@ -49,7 +50,7 @@ class Telecommander final : public StageComponent<ComponentId::telecommander> {
   Status write_counts();
   Status update_of_configuration();
   void drop_entry(std::int64_t id);
-  /// In memory only.
+  /// Removes an entry of the schedule from memory only; drop_entry() also erases its record.
   void forget_entry(std::int64_t id);
 
   CommandingWiring wiring_;

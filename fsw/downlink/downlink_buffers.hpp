@@ -1,4 +1,4 @@
-// Memory of the downlink within a step: a product that is read, and the file that is made of it for the delivery queue.
+// Scratch memory of Downlink in one step: a product that is read, and the file that is made for the delivery queue.
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-// Chooses the next file that Downlink sends, by the order that its header states, and has it made.
+// Chooses the next file that Downlink sends, in the order that downlink.hpp states, and sends it.
 #pragma once
 
 #include "fsw/downlink/downlink_files.hpp"
@@ -11,10 +11,11 @@ class DownlinkChoice : public DownlinkPart {
                  DownlinkWorkspace& workspace)
       : DownlinkPart(wiring, cursor, state, work, workspace), files_(wiring, cursor, state, work, workspace) {}
 
+  /// Sends the next file. Returns false if none is due.
   Result<bool> send_next(State& after);
 
  private:
-  // `most` limits the bytes of the file.
+  // Each function sends a file of one kind, of at most `most` bytes, and returns false if there is none.
   Result<bool> send_owed(State& after);
   Result<bool> send_class(FileClass kind, std::int64_t most, State& after);
   Result<bool> send_overdue(State& after);
@@ -23,13 +24,16 @@ class DownlinkChoice : public DownlinkPart {
   Result<bool> send_next_records(std::int64_t most, State& after);
   Result<bool> send_next_points(std::int64_t most, State& after);
   Result<bool> send_events_if_due(std::int64_t most, State& after);
-  /// The first of the late files of a class that is not quarantined; null: none.
+  /// The first late file of a class that does not rest in quarantine; null if there is none.
   [[nodiscard]] const LateFile* late_one(const State& after, FileClass kind) const;
+  /// Reads the ground's requests to refine products.
   Status find_requests();
   [[nodiscard]] bool requested(std::int64_t keyframe_id) const;
-  /// The first waiting product after `product` whose records have been sent.
+  /// Reads the first waiting product after `product` whose keyframe's records have been sent. Returns false if there is
+  /// none.
   Result<bool> next_waiting(const State& after, ProductRecord& product);
   [[nodiscard]] bool waits(const State& after, const ProductRecord& product) const;
+  /// Collects the candidates for plan_pass.
   Status gather(const State& after);
 
   DownlinkFiles files_;

@@ -1,4 +1,4 @@
-// What Downlink learns from the ground about the files that it has sent.
+// Reads the ground's confirmations of files that Downlink has sent, and lets lost files be sent again.
 #pragma once
 
 #include "fsw/downlink/downlink_part.hpp"
@@ -9,14 +9,17 @@ class DownlinkConfirmations : public DownlinkPart {
  public:
   using DownlinkPart::DownlinkPart;
 
+  /// Asks the link for confirmations of some files. Returns whether any file was confirmed or dropped.
   Result<bool> confirm(State& after);
-  /// The record of a file was damaged: everything that was sent and is not confirmed is sent again.
+  /// After the record of a sent file was found damaged: marks all product layers that were sent and not confirmed as
+  /// unsent. Works on a few products per call. Returns whether the state has changed.
   Result<bool> check_products(State& after);
 
  private:
-  /// Whether nothing more is expected of the file.
+  /// Asks for the confirmation of one file. Returns true if the file was confirmed or dropped.
   Result<bool> read_confirmation(DownlinkRecord record, State& after);
   Status confirm_layers(const DownlinkRecord& record, ProductRecord product);
+  /// Erases the record of a file whose confirmation is overdue, so that the file is made again. Not for products.
   Result<bool> drop_if_lost(const DownlinkRecord& record, State& after);
 };
 

@@ -7,18 +7,19 @@
 
 namespace ilp {
 
-/// Runs several transactions at once, the most urgent first. Every minor frame it receives PDUs, runs timers, saves
-/// what has changed, then sends as much as the router takes. Everything reported to the ground is already on disk:
-/// Finished is acknowledged only after the commit.
+/// Runs several transactions at the same time and sends the most urgent PDUs first. In every minor frame it receives
+/// PDUs, runs timers, saves changes, and then sends as much as the router takes. Nothing is reported to the ground
+/// before it is on disk: a Finished, for example, is acknowledged only after the commit.
 ///
-/// A transfer that fails delays no other: it waits for `cfdp_rest_s`, doubled each time up to 64 times, while the
-/// others continue. After 10 faults, or 3 permanent ones, it is abandoned: the ground is informed that the rest will
-/// not come, the record is erased, and Downlink makes the file again when its confirmation is overdue.
+/// A transfer that fails delays no other transfer. It waits for `cfdp_rest_s`; each further fault doubles this time, up
+/// to a factor of 64. After 10 transient or 3 permanent faults it is abandoned: its transaction is cancelled, its
+/// record is erased, and Downlink makes the file again when the confirmation is overdue.
 class FileDelivery final : public StageComponent<ComponentId::file_delivery> {
  public:
   static const CheckpointForm checkpoint;
 
-  /// Takes transaction numbers from `memory`, where they outlive the database. Files of a map go to `map`.
+  /// Takes transaction numbers from `memory`, where they survive the loss of the database. Files of a map go to `map`.
+  /// Both may be null.
   FileDelivery(Tables store, PacketRouter& router, Clock& clock, const MissionParameters& mission,
                DeliveryFigures& figures, FlightMemory* memory = nullptr, MapFolder* map = nullptr);
 
@@ -32,11 +33,15 @@ class FileDelivery final : public StageComponent<ComponentId::file_delivery> {
   using State = DeliveryState;
   using Slot = TransferSlot;
 
+  /// Reads the ground's requests from the records of all transfers.
   void read_wishes();
+  /// Carries out the request in a transfer's record.
   void wish(Slot& slot, const TransferRecord& record);
+  /// Starts waiting transfers, up to cfdp_open_transfers.
   void start_waiting();
   bool start(Slot& slot);
   void check(Slot& slot);
+  /// Frees the slots of transfers that are over and saved.
   void drop_gone();
   StepResult deliver();
   void count_backlog();

@@ -1,4 +1,4 @@
-// What FileDelivery keeps, and what every part of its work has: the packets, the records of transfers.
+// The data of FileDelivery, and the base class of its parts: PDUs, and the records of transfers.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@
 namespace ilp {
 
 using DeliveryTables = StageStore<ComponentId::file_delivery>;
-/// A transfer rests for cfdp_rest_s, doubled with each fault or refusal so many times.
+/// A transfer rests for cfdp_rest_s. Each fault or refusal doubles this time, at most most_doublings times.
 inline constexpr std::uint32_t most_doublings = 6;
 inline constexpr std::size_t max_late_acknowledgements = 2 * limits::max_transfers;
 
@@ -30,28 +30,29 @@ struct DeliveryWiring {
   FlightMemory* memory;
 };
 struct DeliveryState {
-  std::int64_t sequence = 0;  ///< of the latest transaction
+  std::int64_t sequence = 0;  ///< number of the latest transaction
   Uplink::Open uplinks{};
 };
-/// A transfer in memory. Its record has the rest.
+/// A transfer in memory. Further data are in its record.
 struct TransferSlot {
   std::int64_t id = 0;
-  std::uint32_t bytes = 0;  ///< of the file
-  std::uint8_t priority = 0;
-  bool waiting = true;  ///< no transaction runs
+  std::uint32_t bytes = 0;    ///< size of the file
+  std::uint8_t priority = 0;  ///< 0 is the most urgent
+  bool waiting = true;        ///< no transaction runs
   bool suspended = false;
-  bool dirty = false;  ///< differs from its record: nothing of it is sent
-  bool gone = false;   ///< over: the slot is freed after the commit
+  bool dirty = false;  ///< it differs from its record: none of its PDUs is sent before it is saved
+  bool gone = false;   ///< it is over: the slot is freed after the commit
   std::uint32_t attempts = 0;
   std::uint32_t stalls = 0;
-  std::uint32_t saved_progress = 0;
+  std::uint32_t saved_progress = 0;  ///< progress, phase and time when it was saved last
   std::uint8_t saved_phase = 0;
   TimeNs saved_ns = 0;
-  std::uint32_t faults = 0;  ///< faults of the store since it last answered for this transfer
-  bool lost = false;         ///< its record cannot be read and is erased
+  std::uint32_t faults = 0;  ///< faults of the store since its data could last be read
+  bool lost = false;         ///< its record cannot be read and will be erased
   TimeNs not_before_ns = 0;  ///< earliest next attempt, after a refusal or a fault
   cfdp::Sender sender;
 };
+/// A transaction that is over, kept to answer late PDUs.
 struct ClosedTransfer {
   std::uint64_t sequence = 0;
   std::uint64_t destination = 0;
@@ -63,17 +64,17 @@ struct LateAcknowledgement {
 };
 struct DeliveryWork {
   bool state_dirty = false;
-  std::int64_t adopted_through = 0;
+  std::int64_t adopted_through = 0;  ///< transfers up to this one have a slot, or had one
   TimeNs last_ns = 0;
 };
 struct DeliveryWorkspace {
   DeliveryWorkspace(DeliveryTables store, Clock& clock, const MissionParameters& mission, MapFolder* map)
       : uplink(store, clock, mission, map) {}
 
-  TimeNs contact_ns = 0;  ///< time in contact so far; all timers run by it
+  TimeNs contact_ns = 0;  ///< total time in contact in this boot, which all timers use
   std::uint32_t steps = 0;
-  std::size_t save_from = 0;   ///< first transfer of the next single transactions, which rotate
-  TimeNs silent_until_ns = 0;  ///< about PDUs that are rejected
+  std::size_t save_from = 0;   ///< slot that was last saved in a transaction of its own; slots take turns
+  TimeNs silent_until_ns = 0;  ///< until then rejected PDUs are not reported
   FixedVector<Status, 16> events;
   Uplink uplink;
   FixedVector<TransferSlot, limits::max_transfers> slots;
@@ -84,6 +85,7 @@ struct DeliveryWorkspace {
   std::array<std::uint8_t, limits::max_pdu_bytes> data{};
 };
 
+/// Base class of the parts.
 class FileDeliveryPart {
  public:
   using Slot = TransferSlot;
@@ -93,14 +95,16 @@ class FileDeliveryPart {
                    DeliveryWorkspace& workspace)
       : wiring_(wiring), cursor_(cursor), state_(state), work_(work), workspace_(workspace) {}
 
-  /// Handles a fault of the store with one transfer: the transfer waits, or is abandoned.
+  /// After a fault of the store with one transfer, at offset `at` of its file: the transfer waits, or is abandoned.
   void quarantine(Slot& slot, const Status& fault, std::int64_t at = 0);
+  /// Cancels the transaction, or drops a waiting transfer.
   void cancel(Slot& slot, const TransferRecord& record);
+  /// Marks the transfer as over.
   void close(Slot& slot);
   [[nodiscard]] cfdp::SenderSettings settings() const;
   [[nodiscard]] cfdp::SendOrder order_of(const TransferRecord& record) const;
   static std::int64_t sequence_of(const Slot& slot);
-  /// Keeps an event for the executive, which takes one with every step.
+  /// Keeps an event, which a later step returns. Each step returns one.
   void report(Status event);
 
  protected:

@@ -1,4 +1,4 @@
-// The transfers of FileDelivery and their records.
+// Reads and saves the records of FileDelivery's transfers.
 #pragma once
 
 #include "fsw/base/result.hpp"
@@ -10,12 +10,15 @@ class FileDeliveryRecords : public FileDeliveryPart {
  public:
   using FileDeliveryPart::FileDeliveryPart;
 
+  /// Takes new transfers from the store into free slots.
   Status adopt_new();
+  /// Erases a damaged record.
   Status drop_damaged(std::int64_t id);
-  /// A transfer that is no longer in the store is marked as gone.
+  /// Reads the record of a transfer. Returns false, and marks the transfer as gone, if it is no longer in the store.
   Result<bool> find(Slot& slot, TransferRecord& record);
+  /// Marks the transfer for saving if its progress or phase has changed enough.
   void mark_changes(Slot& slot);
-  /// Saves in one transaction. If that fails, saves some of the transfers in one transaction each.
+  /// Saves all changes in one transaction. If that fails, saves some of the transfers in one transaction each.
   Status save();
 
  private:

@@ -1,4 +1,4 @@
-// Files of a map from the ground: checked, and put into the map's folder (docs/map-relative.md).
+// Checks uplinked files of a map and puts them into the map's folder (docs/map-relative.md).
 #pragma once
 
 #include <array>
@@ -17,19 +17,20 @@ struct MapUplinkWorkspace {
   std::array<std::uint8_t, max_map_directory_bytes> file;
 };
 
-/// Whether a file of this name is one of a map: it ends in `.ilpm` (directory) or `.ilpt` (tile).
+/// Whether the name is that of a map's file: it ends in `.ilpm` (directory) or `.ilpt` (tile).
 [[nodiscard]] bool is_map_file(const char* name);
 
-/// Puts a whole file of a map where the map lies. `updates` is the event besides: `map_received`, or
-/// nothing.
+/// Checks one complete file of a map and writes it to `folder`. `updates` becomes the event `map_received`, or ok.
 ///
-/// A directory must be as parse_map_directory wants it, signed if the folder has a key, of the mission's body, and its
-/// files must take at most limits::map_share of the storage budget. The tiles of the map that it replaces are erased. A
-/// tile must be one that the directory in the folder names, by its digest: a damaged or forged tile replaces none.
+/// A directory must be valid for parse_map_directory, signed if the folder has a key, and for the mission's body. Its
+/// files must not exceed limits::map_share of the storage budget. The tiles of the map that it replaces are erased. A
+/// tile must have a digest that the directory in the folder names, so that no damaged or forged tile is accepted.
 ///
-/// `not_found`: the flight has no folder for a map, or a tile comes before its directory; `record_damaged`: a tile that
-/// the directory does not name; `map_other_body`, `capacity_exceeded` (needed and allowed bytes); the faults of
-/// parse_map_directory and of the folder.
+/// Returns
+/// - `not_found` if the flight has no folder for a map, or a tile comes before its directory;
+/// - `record_damaged` for a tile that the directory does not name;
+/// - `map_other_body`, or `capacity_exceeded` (values: needed and allowed bytes);
+/// - the faults of parse_map_directory and of the folder.
 Status keep_map_file(const char* name, std::span<const std::uint8_t> file, MapFolder* folder,
                      const MissionParameters& mission, MapUplinkWorkspace& workspace, Status& updates);
 

@@ -1,4 +1,4 @@
-// A file being written to the link, with its size and checksum (docs/outbox.md).
+// Writes a file to the link, and computes its size and CRC (docs/outbox.md).
 #pragma once
 
 #include "fsw/base/result.hpp"
@@ -8,8 +8,8 @@
 
 namespace ilp {
 
-/// link_failed() distinguishes a refusal of the link from a record that cannot be read. A `lenient` file omits records
-/// that cannot be read, and counts them.
+/// link_failed() reports whether a fault came from the link; otherwise it came from the store. A lenient file omits
+/// records that cannot be read, and counts them.
 class OutgoingFile {
  public:
   /// The tables that the downlink may read.
@@ -17,16 +17,17 @@ class OutgoingFile {
 
   OutgoingFile(Tables store, Link& link) : store_(store), link_(link) {}
 
-  /// The file is not lenient at first.
+  /// Begins a file, which is not lenient.
   Status begin(const char* name);
   Status write(std::span<const std::uint8_t> bytes);
-  /// The head of a file of records.
+  /// Writes the head of a file of records.
   Status write_records_head();
-  /// Writes a record in its serial form, with the sizes of its blobs. The blobs that are not empty must follow.
+  /// Writes a record in its serial form, with the sizes of its blobs. The caller must then write the blobs that are not
+  /// empty.
   Status write_entry(const RecordInfo& info, const void* record);
-  /// The first `bytes` of a blob.
+  /// Writes the first `bytes` bytes of a blob.
   Status write_blob_of(const RecordInfo& info, const char* field, std::int64_t id, std::uint32_t bytes);
-  /// The end of a file of records, checksum included.
+  /// Writes the end of a file of records, with the CRC.
   Status write_records_tail();
   Status write_u32(std::uint32_t value);
   Status end();
@@ -35,23 +36,26 @@ class OutgoingFile {
   Status write_record(const Record& record) {
     return write_entry(record_info<Record>(), &record);
   }
-  /// Does nothing when the record does not exist.
+  /// Writes the record of this id; does nothing if it does not exist.
   template <typename Record>
   Status write_if_present(std::int64_t id) {
     Record record;
     ILP_TAKE(const bool found, take(get(store_, id, record)));
     return found ? write_record(record) : Status{};
   }
+  /// Writes the record with the largest id; does nothing if there is none.
   template <typename Record>
   Status write_newest() {
     Record record;
     ILP_TAKE(const bool found, take(last(store_, record)));
     return found ? write_record(record) : Status{};
   }
-  /// Evaluates the store's answer for a record: a fault, unless the file omits the record.
+  /// Interprets the status of reading a record: true if it was read, false if it does not exist or the file omits it,
+  /// otherwise the fault.
   Result<bool> take(const Status& answer);
 
   void be_lenient() { lenient_ = true; }
+  /// Number of records that were omitted.
   [[nodiscard]] std::int64_t left_out() const { return left_out_; }
   [[nodiscard]] bool link_failed() const { return link_failed_; }
 

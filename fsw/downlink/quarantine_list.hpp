@@ -1,4 +1,4 @@
-// Entries that failed and are tried again later, so that they delay nothing else.
+// A list of files that failed and are tried again later, so that they delay no other file.
 #pragma once
 
 #include <cstddef>
@@ -11,8 +11,9 @@
 
 namespace ilp {
 
-/// Entries have a kind and an id. Each fault doubles the pause until the next attempt, from none over 1 s to
-/// `longest_pause_ns`. The list is in memory only: after a restart everything is tried again.
+/// An entry is identified by class and id. There is no pause after its first fault, 1 s after the second, and each
+/// further fault doubles the pause, up to `longest_pause_ns`. The list is only in memory: after a restart all files are
+/// tried again.
 template <std::size_t Capacity>
 class QuarantineList {
  public:
@@ -20,7 +21,7 @@ class QuarantineList {
 
   void clear() { list_.clear(); }
   [[nodiscard]] bool empty() const { return list_.empty(); }
-  /// Whether the entry still waits at this time.
+  /// Whether the entry still waits at time `now`.
   [[nodiscard]] bool rests(FileClass kind, std::int64_t id, TimeNs now) const {
     const Entry* entry = find(kind, id);
     return entry != nullptr && entry->until_ns > now;
@@ -29,15 +30,15 @@ class QuarantineList {
     const Entry* entry = find(kind, id);
     return entry != nullptr && entry->abandoned;
   }
-  /// Drops the entries whose time has come.
+  /// Removes the entries whose pause is over.
   void forget_due(TimeNs now) {
     keep_if([&](const Entry& entry) { return entry.until_ns > now; });
   }
   void remove(FileClass kind, std::int64_t id) {
     keep_if([&](const Entry& entry) { return entry.kind != kind || entry.id != id; });
   }
-  /// Adds a fault. Faults that count make the entry abandoned after `most` of them; `faults` returns their number.
-  /// False when the list is full.
+  /// Adds a fault to an entry, which is made if necessary. If the fault `counts`, and it is the entry's `most`-th one
+  /// that does, the entry is abandoned. `faults` gets the number of all its faults. Returns false if the list is full.
   bool add(FileClass kind, std::int64_t id, TimeNs now, bool counts, std::uint32_t most, std::uint32_t& faults) {
     Entry* entry = find(kind, id);
     if (entry == nullptr) {

@@ -1,5 +1,4 @@
-// Files from the ground: receives them by CFDP, checks them and keeps them until they are activated
-// (docs/file-delivery.md).
+// Receives files from the ground by CFDP, checks them and keeps them until they are activated (docs/file-delivery.md).
 #pragma once
 
 #include <array>
@@ -14,33 +13,35 @@
 
 namespace ilp {
 
-/// A part of FileDelivery. The bytes of open transfers are in memory: after a restart their senders are asked for a
-/// retransmission. A file is in the store, as a record `uplink`, before the ground is informed.
+/// A part of FileDelivery. The bytes of open transfers are only in memory: after a restart their senders are asked for
+/// a retransmission. A complete file is in the store, as a record `uplink`, before the ground is informed.
 ///
-/// There are few receivers, and anybody may send PDUs that nothing follows. Only the ground's entity therefore gets
-/// one, and a transaction without progress gives way to a new one: after a second while its metadata or all octets of
-/// its file are missing, else after twice `cfdp_timer_s`. A transaction number that comes again with another name, size
-/// or checksum is another file: it gets no answer about the old one.
+/// There are few receivers, and anybody may send PDUs of transactions that never continue. Therefore only the ground's
+/// entity gets a receiver, and a transaction without progress is replaced by a new one: after one second if its
+/// metadata are missing or no data of its file have come, otherwise after twice `cfdp_timer_s`. A transaction number
+/// that comes again with another name, size or checksum belongs to another file, and no answer about the earlier file
+/// is sent.
 class Uplink {
  public:
   using Tables = StorePart<Writes<UplinkRecord>, Erases<UplinkRecord>>;
 
-  /// Files of a map go to `map`; null: there is no folder for them.
+  /// Files of a map go to `map`, which is null if there is no folder for them.
   Uplink(Tables store, Clock& clock, const MissionParameters& mission, MapFolder* map);
 
   using Open = std::array<cfdp::OpenReception, limits::max_uplinks>;
 
-  /// Requests retransmission of all open transfers.
+  /// Resumes the open transfers after a restart.
   void restore(const Open& open, TimeNs now);
   /// The state that restore() needs after a restart. It must be on disk before anything is sent.
   [[nodiscard]] Open open() const;
-  /// Receives a PDU; `false` when no receiver here takes it. `now` is time in contact, here and below.
+  /// Receives a PDU. Returns `false` if no receiver takes it. In all functions `now` is the time in contact.
   bool receive(const cfdp::Pdu& pdu, TimeNs now);
+  /// Lets the timers of all transactions expire that are due.
   void tick(TimeNs now);
-  /// Stores a complete file in a transaction of its own, or one of a map in its folder; `event` gets the report.
+  /// Stores a complete file in its own transaction, or a file of a map in its folder. `event` gets the event to report.
   Status keep(TimeNs now, Status& event);
 
-  /// The most urgent PDU; `false` when there is none. Its spans hold until the next call.
+  /// Gives the most urgent PDU that is due. Returns `false` if none is due. Its spans are valid until the next call.
   [[nodiscard]] bool next(cfdp::Pdu& pdu);
   /// The PDU from next() was sent.
   void sent(TimeNs now);
@@ -59,7 +60,7 @@ class Uplink {
   };
 
   bool receive_late(const cfdp::Pdu& pdu);
-  /// A free receiver, or one that gives way; null when there is none.
+  /// A free receiver, or one whose transaction is displaced; null if there is none.
   cfdp::Receiver* receiver_for(TimeNs now);
   void displace(cfdp::Receiver& receiver, TimeNs now);
   void remember(const cfdp::Receiver& receiver);
@@ -77,13 +78,14 @@ class Uplink {
   std::array<Closed, limits::max_closed_transfers> closed_{};
   std::size_t next_closed_ = 0;
   Status abandoned_;
-  TimeNs silent_until_ns_ = 0;  ///< about transactions that gave way
-  std::size_t going_ = 0;       ///< index of what next() gave, in receivers_, then in closed_
+  TimeNs silent_until_ns_ = 0;  ///< until then displaced transactions are not reported
+  std::size_t going_ = 0;       ///< index of the source of the PDU from next(): in receivers_, continued in closed_
   cfdp::PduKind going_kind_ = cfdp::PduKind::count;
 };
 
-/// Makes an uplinked file take effect, within a transaction of the caller. `not_found` for an unknown id,
-/// `invalid_argument` for a file that was rejected; else all or nothing, as MissionText.
+/// Puts the parameters of an uplinked file into `mission`, in a transaction of the caller. Returns `not_found` for an
+/// unknown id, `invalid_argument` for a file that was rejected, or the fault of MissionText; `mission` is then
+/// unchanged.
 Status activate_uplink(StorePart<Changes<UplinkRecord>> store, std::int64_t id, TimeNs now, MissionParameters& mission);
 
 }  // namespace ilp

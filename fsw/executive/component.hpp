@@ -16,16 +16,17 @@
 
 namespace ilp {
 
+/// What the executive does after a step.
 enum class Then : std::uint8_t {
   go_on,
-  wait,     ///< for something outside of the process: the next step is one of the next minor frame
-  keep,     ///< the work goes on in the memory that stages share: until then no other stage uses it
-  restore,  ///< memory is ahead of the store, or in doubt: call restore() before the next step
+  wait,     ///< the component waits for an event outside of the process: no further step in this minor frame
+  keep,     ///< the work continues in the shared memory (StepMemory), which no other stage may use until it ends
+  restore,  ///< memory may be ahead of the store, or invalid: call restore() before the next step
 };
 
 struct StepResult {
   Status status;         ///< a fault is reported as an event; it does not stop the component
-  bool pending = false;  ///< more work is waiting: call again as soon as time allows
+  bool pending = false;  ///< the component has more work: call step() again as soon as time allows
   Then then = Then::go_on;
   bool set_parameters = false;  ///< the step has changed the mission's parameters
 };
@@ -35,19 +36,18 @@ class Component;
 /// A group of members that a component does not have.
 struct NoMembers {};
 
-/// The memory of a component by what may change it. A component declares a struct for each group that it has, and no
-/// member beside the groups:
-/// - Wiring: what it was given at its construction. It never changes.
-/// - a cursor and a State: what the checkpoint holds. Only restore() and step() change it.
-/// - Work: of work that takes several steps, and counts. Only restore() and step() change it; restore() begins the work
-///   again, and keeps what has to last, such as Patience.
-/// - Workspace: pixels, and data that is derived again from records. It is not checked.
-/// The executive detects other changes between steps.
+/// Describes the memory of a component, so that the executive can detect unintended changes between steps. The members
+/// of a component are in groups. A component declares a struct for each group that it has, and has no other members:
+/// - Wiring: what the constructor received. It never changes.
+/// - a cursor and a State: the content of the checkpoint. Only restore() and step() change them.
+/// - Work: work that takes several steps, and counts. Only restore() and step() change it. restore() starts the work
+///   again, and keeps what must last longer, such as Patience.
+/// - Workspace: pixels, and data that can be derived again from records. It is not checked.
 class LastingMemory {
  public:
-  /// Of Component: what its virtual calls go through.
+  /// Size of Component: the pointer to its virtual functions.
   static constexpr std::size_t base_bytes = sizeof(void*);
-  /// Of a component with these groups, without gaps but that before a group with a larger alignment.
+  /// Size of a component with these groups. The only gaps are those before groups with a larger alignment.
   template <typename... Groups>
   static constexpr std::size_t bytes_with() {
     std::size_t end = base_bytes;
@@ -58,7 +58,7 @@ class LastingMemory {
     ((std::is_same_v<Groups, NoMembers> ? void() : add(sizeof(Groups), alignof(Groups))), ...);
     return end;
   }
-  /// The component has these members and no other.
+  /// Whether the component has these groups and no other members.
   template <typename Owner, typename... Groups>
   static constexpr bool holds_only = sizeof(Owner) == bytes_with<Groups...>();
 
@@ -78,7 +78,7 @@ class LastingMemory {
     if constexpr (!std::is_same_v<Work, NoMembers>) memory.work_ = octets_of(work);
     return memory;
   }
-  /// Adds an object in the memory of the step that says where work is that keeps this memory.
+  /// Adds an object in the shared memory, for work that continues there (Then::keep). At most two can be added.
   template <typename Kept>
   [[nodiscard]] LastingMemory keeping(const Kept& object) const {
     LastingMemory memory = *this;
@@ -89,7 +89,7 @@ class LastingMemory {
     }
     return memory;
   }
-  /// Leaves bytes of the state out that hold nothing, such as the places of a vector beyond its size.
+  /// Excludes unused bytes of the state, such as the elements of a vector beyond its size.
   [[nodiscard]] LastingMemory without(std::span<const std::byte> unused) const {
     LastingMemory memory = *this;
     for (std::span<const std::byte>& part : memory.parts_) {
@@ -103,7 +103,7 @@ class LastingMemory {
     }
     return memory;
   }
-  /// Declares that cursor and state change only after a commit of the step.
+  /// Declares that a step changes cursor and state only after a commit.
   [[nodiscard]] LastingMemory changed_by_commits() const {
     LastingMemory memory = *this;
     memory.by_commits_ = true;
@@ -119,8 +119,9 @@ class LastingMemory {
 
   [[nodiscard]] bool changes_by_commits() const { return by_commits_; }
   [[nodiscard]] bool is_at_rest() const { return at_rest_; }
-  /// Of what never changes.
+  /// Checksum of the parts that never change: the wiring, and the pointer to the virtual functions.
   [[nodiscard]] std::uint64_t wiring_checksum() const { return memory_sum64(wiring_, memory_sum64(object_)); }
+  /// Checksum of cursor and state.
   [[nodiscard]] std::uint64_t state_checksum() const {
     std::uint64_t sum = 0;
     for (const std::span<const std::byte> part : parts_) sum = memory_sum64(part, sum);
@@ -145,7 +146,7 @@ class LastingMemory {
   bool by_commits_ = false, at_rest_ = false;
 };
 
-/// A component reads and writes records, and knows no other component.
+/// A component reads and writes records, and does not know the other components.
 class Component {
  public:
   Component() = default;
@@ -156,10 +157,10 @@ class Component {
   /// Loads the checkpoint, or starts from the beginning if there is none. Anything in memory that is not in the
   /// checkpoint is dropped. Only the executive calls it: at start-up, after a failed assertion, by command, when a step
   /// requests it, and after memory was damaged. After a fault it is called again, with growing pauses, and step() is
-  /// not called until it has succeeded. `checkpoint_older` and `checkpoint_lost` are reports, not faults.
+  /// not called until restore() has succeeded. `checkpoint_older` and `checkpoint_lost` are reports, not faults.
   virtual Status restore() = 0;
-  /// Does one bounded slice of work. After a fault that may pass (is_transient), with nothing changed, it is called
-  /// again with growing pauses.
+  /// Does one bounded slice of work. A transient fault (is_transient) must leave everything unchanged; step() is then
+  /// called again with growing pauses.
   virtual StepResult step() = 0;
   [[nodiscard]] virtual LastingMemory lasting() const { return {}; }
 
@@ -170,14 +171,14 @@ static_assert(sizeof(Component) == sizeof(void*));
 
 struct ComponentStats {
   std::uint32_t steps = 0;
-  std::uint32_t overruns = 0;
+  std::uint32_t overruns = 0;  ///< steps longer than Stage::budget_ns
   std::uint32_t faults = 0;
   std::uint32_t restarts = 0;
-  TimeNs busy_ns = 0;
-  TimeNs longest_ns = 0;
+  TimeNs busy_ns = 0;     ///< processor time of all steps
+  TimeNs longest_ns = 0;  ///< processor time of the longest step
 };
 
-/// The component was restored; the status may still carry a report.
+/// Whether restore() has succeeded with this status, which may be a report.
 [[nodiscard]] constexpr bool restored(const Status& status) {
   return status.ok() || status.is(StatusCode::checkpoint_older) || status.is(StatusCode::checkpoint_lost);
 }

@@ -1,4 +1,5 @@
-// Limits the reports of overruns, which could flood the event table: the first is reported, then how many followed.
+// Limits the reports of overruns, which could flood the event table: the first overrun is reported, then the number of
+// further ones.
 #pragma once
 
 #include <cstdint>
@@ -8,12 +9,12 @@
 
 namespace ilp {
 
-/// It is called in every minor frame and returns the event that is due, if any.
+/// Call note() in every minor frame: it returns the event that is due, or ok.
 class OverrunReports {
  public:
   static constexpr TimeNs interval_ns = 60 * ns_per_s;  ///< shortest time between two events
 
-  /// `over` is the time by which the frame ended late, in ns; a value that is not positive is no overrun.
+  /// `over` is the time in ns by which the frame ended late. It is an overrun if it is positive.
   [[nodiscard]] Status note(std::int64_t frame, TimeNs over, TimeNs now) {
     if (over > 0) {
       if (!open_) {

@@ -1,4 +1,4 @@
-// A component takes its name and its part of the store from its row of the schedule.
+// The base class of the flight's components, with name and access to the store from the schedule.
 #pragma once
 
 #include "fsw/executive/component.hpp"
@@ -6,7 +6,7 @@
 
 namespace ilp {
 
-/// The tables of a component's row. Every component may read and write its checkpoint too.
+/// The access to tables that a component's row gives. In addition every component may write and erase its checkpoint.
 [[nodiscard]] constexpr StoreAccess stage_access(ComponentId component) {
   constexpr RecordMask checkpoint = mask_of(RecordType::checkpoint);
   const Stage& stage = stage_of(component);
@@ -15,7 +15,7 @@ namespace ilp {
 template <ComponentId id>
 using StageStore = StoreView<stage_access(id)>;
 
-/// A component of the flight.
+/// Base class of the component with this id.
 template <ComponentId id>
 class StageComponent : public Component {
  public:

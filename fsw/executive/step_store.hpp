@@ -1,4 +1,4 @@
-// The store as components see it. A step whose memory has a flipped bit cannot commit.
+// The store through which components write, which refuses the commit of a step whose memory has a flipped bit.
 #pragma once
 
 #include "fsw/executive/component.hpp"
@@ -6,9 +6,9 @@
 
 namespace ilp {
 
-/// If a component declares that its cursor and state change only after a commit, the first commit of a step compares
-/// them with what they were before the step. A difference means that a bit has flipped: nothing is committed, and the
-/// call returns `memory_damaged`.
+/// If a component declares that its cursor and state change only after a commit (LastingMemory::changed_by_commits),
+/// the first commit of a step compares their checksum with that before the step. A difference means that a bit has
+/// flipped: the transaction is rolled back, and the commit returns `memory_damaged`.
 class StepStore final : public ForwardingStore {
  public:
   using ForwardingStore::ForwardingStore;

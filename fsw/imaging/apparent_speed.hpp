@@ -1,4 +1,4 @@
-// How fast the ground moves in the image.
+// The speed of the ground in the image.
 #pragma once
 
 #include <cmath>
@@ -8,8 +8,9 @@
 
 namespace ilp {
 
-/// Bound of the mean speed of the image's points, px/s: that of a corner that shift, turn and change of scale move the
-/// same way. The image moved by `later_from_first` in the time `between`, which is positive.
+/// Upper bound of the mean speed of the image's points, px/s: the speed of a corner if shift, rotation and change of
+/// scale move it in the same direction. `later_from_first` is the image's motion in the time `between`, which is
+/// positive.
 [[nodiscard]] inline double apparent_speed_px_s(const Similarity2& later_from_first, std::int32_t width,
                                                 std::int32_t height, TimeNs between) {
   const double half_width = 0.5 * width, half_height = 0.5 * height;

@@ -14,15 +14,17 @@
 
 namespace ilp {
 
-/// There are three modes: a regular interval; the time at which the overlap with the latest keyframe will have fallen
-/// to its target, extrapolated from the overlaps so far; telecommanded times only. Telecommanded times count in every
-/// mode and have precedence. If the forecast's error is large, a frame is taken before the forecast time; if the motion
-/// is unknown, a safe interval after the last frame. A pose shows how the gondola swings: it replaces a time that was
-/// forecast without it. Captures are never closer together than the camera's least interval. A telecommanded time that
-/// has passed, or that is too near to another one, is rejected with an event. A telecommand may also name a place: the
-/// image is wanted when the vehicle passes it nearest by its latest places (place_captures.hpp). For a rolling shutter
-/// a capture that is about to be due gets a burst: two captures before and two after it, as near as the camera allows,
-/// give way to every other one.
+/// There are three modes:
+/// - regular: a constant interval;
+/// - forecast: the time at which the overlap with the latest keyframe will have fallen to its target, extrapolated from
+///   the overlaps so far. If the forecast's error is large, a frame is taken earlier; if the motion is unknown, a safe
+///   interval after the last frame. A new pose shows how the gondola swings, so that an earlier forecast is replaced;
+/// - telecommanded times only.
+/// Telecommanded times are used in every mode and have precedence. Captures are never closer together than the camera's
+/// least interval. A telecommanded time that has passed, or that is too near to another one, is rejected with an event.
+/// A telecommand may also name a place: the image is taken when the vehicle is nearest to it, as forecast from its
+/// latest positions (place_captures.hpp). For a rolling shutter, a capture that is soon due gets a burst: two captures
+/// before and two after it, as near as the camera allows. All other captures have precedence over those of a burst.
 class CaptureClock final : public StageComponent<ComponentId::capture_clock> {
  public:
   static const CheckpointForm checkpoint;
@@ -35,8 +37,8 @@ class CaptureClock final : public StageComponent<ComponentId::capture_clock> {
     return LastingMemory::of(*this, wiring_, cursor_, state_, work_, workspace_).changed_by_commits();
   }
 
-  static constexpr std::size_t max_telecommanded = 32;  ///< future captures
-  static constexpr std::size_t burst_frames = 4;        ///< beside a capture, half of them before it
+  static constexpr std::size_t max_telecommanded = 32;  ///< pending telecommanded captures
+  static constexpr std::size_t burst_frames = 4;        ///< captures of a burst, half of them before its capture
 
  private:
   struct Wanted {
@@ -44,7 +46,7 @@ class CaptureClock final : public StageComponent<ComponentId::capture_clock> {
     TimeNs time_ns = 0;
   };
   struct Wiring {
-    Tables whole;  ///< damaged records included: for the checkpoint
+    Tables whole;  ///< the store with damaged records, for the checkpoint
     ValidView<Tables::tables> store;
     const Camera& camera;
     Clock& clock;
@@ -60,16 +62,16 @@ class CaptureClock final : public StageComponent<ComponentId::capture_clock> {
     Wanted own;  ///< pending capture of the mode; id 0: none
     TimeNs last_regular_ns = 0;
     FixedVector<Wanted, max_telecommanded> telecommanded;  ///< pending
-    FixedVector<Wanted, burst_frames> burst;               ///< the newest one
-    TimeNs burst_of_ns = -1;                               ///< of the capture that it is beside; -1: none
+    FixedVector<Wanted, burst_frames> burst;               ///< captures of the newest burst
+    TimeNs burst_of_ns = -1;                               ///< time of the capture of that burst; -1: none
     PlaceCaptures at_places;
     std::int32_t width = 0, height = 0;
     bool any_regular = false;
     bool ended = false;
-    bool tilt_has_changed = false;  ///< a forecast made before does not contain it
+    bool tilt_has_changed = false;  ///< the pending forecast was made before the latest attitude was known
   };
   struct Work {
-    LockTimes lock;  ///< taken: nothing could be planned since
+    LockTimes lock;  ///< the store's lock; while it is taken nothing can be planned
   };
   struct Workspace {
     MotionForecast motion;
@@ -80,7 +82,7 @@ class CaptureClock final : public StageComponent<ComponentId::capture_clock> {
     Cursor cursor = {};
     CaptureRecord capture = {};
     CaptureRecord superseded = {};
-    FixedVector<CaptureRecord, 2 * burst_frames> burst = {};  ///< new ones, and those that give way
+    FixedVector<CaptureRecord, 2 * burst_frames> burst = {};  ///< new captures of a burst, and superseded ones
     bool has_capture = false;
     bool has_superseded = false;
     Status event = {};
@@ -94,7 +96,7 @@ class CaptureClock final : public StageComponent<ComponentId::capture_clock> {
   Status reconsider(const FrameRecord* latest, TimeNs now, Outcome& outcome);
   Status follow_keyframe(const OverlapRecord& overlap, const FrameRecord& frame, State& after);
   Result<bool> forget_past_captures(State& after);
-  /// The image of a place that is about to be passed, or the end of one that was not passed in its time.
+  /// Plans the image of a place that will soon be passed, or abandons a place that was not passed in its time.
   Status plan_place(Outcome& outcome);
   Status plan(Outcome& outcome);
   void plan_regular(double interval_s, const FrameRecord* latest, TimeNs now, Outcome& outcome) const;
@@ -108,13 +110,13 @@ class CaptureClock final : public StageComponent<ComponentId::capture_clock> {
   void want_forecast(const ForecastTime& forecast, Outcome& outcome);
   void want(TimeNs time_ns, CaptureSource source, Outcome& outcome) const;
   Status plan_burst(Outcome& outcome) const;
-  /// Captures of the burst that are too near to the new capture give way to it.
+  /// Supersedes captures of the burst that are too near to the new capture.
   Status clear_burst(Outcome& outcome) const;
   [[nodiscard]] bool too_near(TimeNs time_ns, const State& state, TimeNs latest_exposure_ns) const;
-  /// Continues after the records if the checkpoint is older than they are.
+  /// Brings the state up to the records that are newer than the checkpoint.
   Status resume_after_records(bool lost);
   Status write(Outcome& outcome);
-  /// Nothing can be planned, because another process keeps the lock of the store.
+  /// Notes that nothing can be planned, because another process holds the store's lock.
   void note_lock();
 
   Wiring wiring_;

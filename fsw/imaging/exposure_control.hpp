@@ -1,4 +1,4 @@
-// Chooses the exposure and the gain of the next image from the brightness of the present one.
+// Chooses exposure and gain of the next image from the brightness of the present one.
 #pragma once
 
 #include <cstdint>
@@ -9,10 +9,10 @@
 
 namespace ilp {
 
-/// Of every fourth row of an image, all pixels.
+/// Brightness of an image, measured on all pixels of every fourth row.
 struct ImageBrightness {
-  std::int32_t bright = 0;          ///< the largest grey value that at least a hundredth of the pixels reaches
-  std::int32_t white_permille = 0;  ///< pixels that are white: what they show is lost
+  std::int32_t bright = 0;          ///< the largest grey value that at least 1 % of the pixels reach
+  std::int32_t white_permille = 0;  ///< share of saturated pixels, 1/1000
 };
 [[nodiscard]] ImageBrightness measure_brightness(GrayView image);
 
@@ -22,31 +22,32 @@ struct ExposureGoal {
   std::int64_t most_gain_milli = 64'000;  ///< bound of the gain
 };
 
-/// Time in which the ground moves by `blur_px` in the image, at most `longest_us`; `speed_px_s` 0: not known.
+/// The exposure, us, during which the ground moves by `blur_px` in the image, at most `longest_us`. If `speed_px_s` is
+/// 0 (not known) it is `longest_us`.
 [[nodiscard]] std::int64_t longest_exposure_us(double blur_px, double speed_px_s, std::int64_t longest_us);
 
-/// Integer arithmetic. It aims at the least gain with which the exposure stays within its bound, and of that at the
-/// shortest exposure that brings the bright end of the image to its goal. An image within an eighth of the goal is left
-/// as it is. A change is at most a factor of four. After a change in the other direction than the one before, changes
-/// are damped, down to an eighth, so that a camera whose gain has another law than it states converges too. An image
-/// that was taken with an earlier setting than the one that was asked for is not judged. Where a setting shows no
-/// effect in the image, the next images are waited for, and the camera's delay is learned; three settings in a row
-/// without an effect end the control.
+/// A controller in integer arithmetic. It brings ImageBrightness::bright to its goal with the least gain for which the
+/// exposure stays within its bound. If the image is within an eighth of the goal, nothing is changed. One change is at
+/// most a factor of four. When the direction of the changes alternates they are damped, down to an eighth, so that the
+/// control converges even if the camera's gain follows another law than it states. An image that was taken with an
+/// older setting than the requested one is ignored. If a setting has no effect on the image, the controller waits for
+/// the next images and learns the camera's delay. Three settings in a row without an effect end the control.
 class ExposureControl {
  public:
   enum class Answer : std::uint8_t { keep, change };
 
   void begin(const ExposureRange& range);
   [[nodiscard]] bool begun() const { return begun_; }
-  /// The control is over until the next begin(): the camera has no such control, or does not obey.
+  /// Ends the control until the next begin(), because the camera cannot be controlled.
   void abandon() { begun_ = abandoned_ = true; }
   [[nodiscard]] bool abandoned() const { return abandoned_; }
   void reset() { *this = ExposureControl(); }
 
-  /// `change`: `next` is to be set, and then told by asked(). `event`: exposure_limited or exposure_not_obeyed.
+  /// Evaluates an image that was taken with the setting `taken_with`. If the answer is `change`, the caller sets `next`
+  /// and then calls asked(). `event` becomes exposure_limited, exposure_not_obeyed or ok.
   Answer evaluate(const ImageBrightness& image, const ExposureSetting& taken_with, const ExposureGoal& goal,
                   ExposureSetting& next, Status& event);
-  /// What the camera has made of `next`.
+  /// Notes the setting that the camera has chosen for `next`.
   void asked(const ExposureSetting& setting);
 
  private:
@@ -61,17 +62,17 @@ class ExposureControl {
   void judge_limits(std::int64_t wanted, const ExposureSetting& next, Status& event);
 
   ExposureRange range_;
-  ExposureSetting asked_;   ///< not known: nothing was asked for yet
-  ExposureSetting before_;  ///< with which the image was taken that the change answers
-  std::int32_t bright_before_ = 0;
-  std::int32_t delay_ = 0;   ///< images after a change that do not show it
-  std::int32_t waited_ = 0;  ///< images since the latest change
+  ExposureSetting asked_;           ///< the requested setting; unknown before the first request
+  ExposureSetting before_;          ///< setting of the image that led to the latest change
+  std::int32_t bright_before_ = 0;  ///< ImageBrightness::bright of that image
+  std::int32_t delay_ = 0;          ///< number of images after a change that do not show it
+  std::int32_t waited_ = 0;         ///< number of images since the latest change
   std::int32_t without_effect_ = 0;
-  std::int32_t direction_ = 0;  ///< of the latest change: -1 darker, 1 brighter
+  std::int32_t direction_ = 0;  ///< direction of the latest change: -1 darker, 1 brighter
   std::int32_t damping_ = 0;
-  std::int32_t limit_ = 0;   ///< 0: none, 1: too dark, 2: too bright
-  bool from_quiet_ = false;  ///< the latest change was asked for when the one before was long past
-  bool judged_ = true;       ///< the latest change was seen in an image, or cannot be
+  std::int32_t limit_ = 0;   ///< reported limit; 0: none, 1: too dark, 2: too bright
+  bool from_quiet_ = false;  ///< the latest change came long after the one before
+  bool judged_ = true;       ///< an image has shown the effect of the latest change, or no image can
   bool begun_ = false;
   bool abandoned_ = false;
 };

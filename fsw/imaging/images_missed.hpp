@@ -1,4 +1,4 @@
-// How many images were not taken because the store could not be written.
+// The number of images that were not taken while the store could not be written.
 #pragma once
 
 #include <algorithm>
@@ -8,8 +8,8 @@
 
 namespace ilp {
 
-/// Images that the mission wants after `from` and until `until`, at least: a forecast may want them closer together. 0
-/// where every frame is wanted, which the camera's counter tells, and where telecommands say when.
+/// The least number of images that the mission wants after `from` and until `until` (a forecast may want more). 0 if
+/// every frame is wanted, because the camera's counter then shows the number, and 0 if only telecommands cause images.
 [[nodiscard]] inline std::int64_t images_missed(const MissionParameters& mission, TimeNs from, TimeNs until) {
   double interval_s = 0;
   if (mission.capture_mode == CaptureMode::regular) interval_s = mission.capture_interval_s;

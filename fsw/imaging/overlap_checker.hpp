@@ -1,4 +1,4 @@
-// Chooses which frames are worth processing: Frame -> Keyframe (paper 3.1; decisions.md, 1).
+// Selects the keyframes from the frames: Frame -> Keyframe (paper 3.1; decisions.md, 1).
 #pragma once
 
 #include "cfg/mission.hpp"
@@ -15,23 +15,26 @@
 
 namespace ilp {
 
-/// The first frame at or below the target overlap with the latest keyframe becomes the next keyframe, and so does one
-/// of which much is new because the camera climbs, and one that sees the ground from far elsewhere. If a frame has
-/// moved too far already, the frame before it is taken instead, provided that its overlap suffices; otherwise oriented
-/// features relate it, and it becomes the next keyframe if the structure can go on from the common ground. If nothing
-/// relates it to the latest keyframe, which may be a bad image, the same features are compared with the keyframe before
-/// it; a frame that they relate to that one becomes the next keyframe at once. If not, the strip ends and a new one
-/// begins. A frame that cannot be compared (dark, blurred, without texture) is left out. Two in a row that have texture
+/// A frame becomes the next keyframe if it is the first one at or below the target overlap with the latest keyframe, if
+/// much of it is new because the camera climbs, or if it sees the ground from a far different position.
+///
+/// If the overlap of a frame is already too small, the candidate (the frame before it) becomes the keyframe instead,
+/// provided that its overlap suffices. Otherwise the frame is matched with the latest keyframe by oriented features; it
+/// becomes the next keyframe if the common ground suffices to continue the structure. If it does not match the latest
+/// keyframe, which may be a bad image, it is matched with the keyframe before the latest one, and becomes the next
+/// keyframe at once if it matches there. If it matches neither, the strip ends and a new one begins.
+///
+/// A frame that cannot be compared (dark, blurred, without texture) is left out. Two frames in a row that have texture
 /// but match nothing end the strip, and the first of them begins the next one. No strip begins with a frame that cannot
-/// be compared. A frame of a burst is compared with the keyframe, and decides nothing. A frame that cannot be read is
-/// left out. If the keyframe cannot be read, the strip ends and the next
-/// frame begins another one. If the checkpoint is older than the records, the open strip ends too.
+/// be compared. A frame of a burst is compared with the keyframe, but is not selected. A frame that cannot be read is
+/// left out. If the keyframe cannot be read, the strip ends and the next frame begins another one. If the checkpoint is
+/// older than the records, the open strip ends too.
 class OverlapChecker final : public StageComponent<ComponentId::overlap_checker> {
  public:
   static const CheckpointForm checkpoint;
   using Scratch = StepScratch<OverlapWorkspace, FeatureOverlapWorkspace, PlaceScratch>;
 
-  /// `compute` does the jobs of the wide search; without it there is none.
+  /// `compute` carries out the jobs of the wide search. If it is null, there is no wide search.
   OverlapChecker(Tables store, const MissionParameters& mission, Scratch scratch, Compute* compute = nullptr);
 
   Status restore() override;
@@ -47,7 +50,7 @@ class OverlapChecker final : public StageComponent<ComponentId::overlap_checker>
     Scratch scratch;
     Compute* compute;
   };
-  /// Candidate: the latest frame that was measured and is not yet needed.
+  /// The latest measured frame that was not selected. It is selected if the overlap of the next frame is too small.
   struct Candidate {
     std::int64_t frame_id = 0;
     double overlap = 0;
@@ -59,19 +62,19 @@ class OverlapChecker final : public StageComponent<ComponentId::overlap_checker>
     std::int64_t last_keyframe_id = 0;
     std::int64_t keyframe_id = 0;  ///< latest keyframe of the open strip; 0: none
     std::int64_t keyframe_frame_id = 0;
-    std::int64_t index = 0;             ///< of the next keyframe in its strip
-    std::int64_t unknown_frame_id = 0;  ///< a frame that matched nothing, until the next frame confirms it; 0: none
-    double last_rotation_rad = 0;       ///< of the last frame against the keyframe
+    std::int64_t index = 0;             ///< index of the next keyframe in its strip
+    std::int64_t unknown_frame_id = 0;  ///< a frame that matched nothing and waits for the next frame; 0: none
+    double last_rotation_rad = 0;       ///< rotation of the last frame relative to the keyframe
     double last_scale = 1;
     Candidate candidate;
     bool motion_known = false;  ///< some frame of this strip was measured
   };
   struct Work {
     Patience patience;                    ///< restore() keeps it
-    bool keyframe_unreadable = false;     ///< as found in this step
-    std::int64_t unrelated_frame_id = 0;  ///< not related to the latest keyframe; the step before found so
+    bool keyframe_unreadable = false;     ///< found in this step
+    std::int64_t unrelated_frame_id = 0;  ///< frame that does not match this keyframe, as the step before found
     std::int64_t unrelated_keyframe_id = 0;
-    OverlapResult unrelated = {};  ///< of that frame and that keyframe
+    OverlapResult unrelated = {};  ///< result for that frame and that keyframe
     std::int64_t loaded_frame_id = 0;
   };
   struct Workspace {
@@ -90,11 +93,11 @@ class OverlapChecker final : public StageComponent<ComponentId::overlap_checker>
     StripRecord ended = {};
     StripRecord strip = {};
     bool has_overlap = false;
-    bool has_plane = false;  ///< of a rolling shutter
+    bool has_plane = false;  ///< only with a rolling shutter
     bool has_keyframe = false;
     bool has_ended = false;
-    bool open = false;   ///< nothing is decided yet: the next step goes on with the frame
-    bool waits = false;  ///< for a compute device
+    bool open = false;   ///< nothing is decided yet: the next step continues with the same frame
+    bool waits = false;  ///< the frame waits for a compute device
     Status event = {};
   };
 
@@ -104,30 +107,31 @@ class OverlapChecker final : public StageComponent<ComponentId::overlap_checker>
   Status correlate(OverlapResult& measured);
   Result<bool> handle_command(Outcome& outcome);
   Status measure(const FrameRecord& frame, OverlapResult& measured);
-  /// The wide search where `measured` is unknown, one step of it at a time.
+  /// Runs one step of the wide search if `measured` is unknown.
   Status search_widely(const FrameRecord& frame, Outcome& outcome, OverlapResult& measured);
-  /// Whether the keyframe is related to the frame, and shares enough ground with it to continue the strip.
+  /// Matches the frame with the latest keyframe by oriented features. Returns whether they share enough ground to
+  /// continue the strip.
   Result<bool> relocalise(OverlapResult& measured);
-  /// Whether the keyframe before the latest one is, where the latest one is not.
+  /// The same with the keyframe before the latest one, if the frame does not match the latest one.
   Result<bool> relocalise_across(OverlapResult& measured);
-  /// What relates a frame to the open strip.
+  /// How a frame is related to the open strip.
   enum class Relation : std::uint8_t {
-    overlap,     ///< with the latest keyframe, by correlation or features; or nothing does
-    relocalise,  ///< too far for that, but oriented features relate it to enough ground of the latest keyframe
-    across_bad,  ///< the same with the keyframe before the latest one
+    overlap,     ///< measured overlap with the latest keyframe, which may be unknown
+    relocalise,  ///< oriented features match enough ground of the latest keyframe
+    across_bad,  ///< oriented features match enough ground of the keyframe before the latest one
   };
   Result<Relation> relate(const FrameRecord& frame, Outcome& outcome, OverlapResult& measured);
-  /// What becomes of a frame.
+  /// The decision on a frame.
   enum class Choice : std::uint8_t {
     rejected,         ///< it cannot be compared
-    waits,            ///< nothing relates it to the strip; the next frame confirms that
-    waiting_begins,   ///< the frame that waited begins a strip, and this one is compared with it
-    candidate_first,  ///< the frame before it is selected, and this one is compared with that
+    waits,            ///< it matches nothing of the strip, and waits for the next frame to confirm that
+    waiting_begins,   ///< the frame that waited begins a strip, and this frame is then compared with it
+    candidate_first,  ///< the candidate is selected, and this frame is then compared with it
     begins_strip,
     selected,
     skipped,
   };
-  /// A frame beside an open strip, by the first rule that applies.
+  /// Decides on a frame while a strip is open, by the first rule that applies.
   [[nodiscard]] Choice classify(const OverlapResult& measured, Relation relation) const;
   Status apply(Choice choice, const FrameRecord& frame, const OverlapResult& measured, Outcome& outcome) const;
   Status look_alone(const FrameRecord& frame, Outcome& outcome);

@@ -1,4 +1,4 @@
-// The wide search for the overlap of one pair, job by job, on whatever does the jobs (docs/compute.md).
+// Runs the wide search for the overlap of one pair as a sequence of jobs on a Compute (docs/compute.md).
 #pragma once
 
 #include "fsw/base/result.hpp"
@@ -8,7 +8,7 @@
 
 namespace ilp {
 
-/// The jobs of a wide search. `workspace` is the processor's.
+/// Describes the jobs of a wide search. `workspace` is used by jobs that the processor carries out.
 [[nodiscard]] ComputeForm wide_search_form(WideWorkspace& workspace);
 
 struct WideJob {
@@ -16,20 +16,20 @@ struct WideJob {
   WideOutput output{};
 };
 
-/// Carries nothing from one pair to the next, and nothing of it is on record: after a restart the pair begins again.
+/// One search. Nothing is kept from one pair to the next, or in the store: after a restart the search begins again.
 class WideOverlap {
  public:
   /// Whether a search for this pair has begun.
   [[nodiscard]] bool at_work(std::int64_t frame_id, std::int64_t keyframe_id) const {
     return frame_id == frame_id_ && keyframe_id == keyframe_id_;
   }
-  /// Takes what it needs out of the images. `before` is the answer without the search. Errors as of
-  /// prepare_wide_search().
+  /// Prepares the search for a pair; the images are not needed afterwards, until finish(). `before` is the result
+  /// without the search. Returns the faults of prepare_wide_search().
   Status begin(std::int64_t frame_id, std::int64_t keyframe_id, const OverlapTemplate& keyframe, GrayView image,
                const OverlapResult& before, double min_overlap, OverlapWorkspace& workspace);
-  /// One step. `done`: no job is left.
+  /// Submits or collects the next job. Returns `done` if no job is left.
   Result<ComputeProgress> go_on(Compute& compute);
-  /// The answer: that of the search if it is one, otherwise the one before it. The search is over.
+  /// Ends the search. `result` is that of the search if it has found the overlap, otherwise `before` of begin().
   Status finish(const OverlapTemplate& keyframe, GrayView image, OverlapWorkspace& workspace, OverlapResult& result);
   void drop(Compute& compute);
 

@@ -1,5 +1,5 @@
-// The latest fixes of a strip, and which of them count: a fix that is far from where the ones before it lead counts
-// only if the next one agrees with it.
+// The latest fixes of a strip, and the decision which fixes are accepted: a fix that is far from its prior is accepted
+// only if the next fix agrees with it.
 #pragma once
 
 #include <cstdint>
@@ -11,29 +11,30 @@
 namespace ilp {
 
 inline constexpr std::size_t kept_fixes = 8;
-inline constexpr double farthest_fix_sigmas = 4;   ///< from the prior
-inline constexpr double agreeing_fixes_px = 3;     ///< two fixes by odometry, in working pixels
-inline constexpr std::uint32_t most_rejected = 3;  ///< in a row: the place is lost
+inline constexpr double farthest_fix_sigmas = 4;   ///< most distance from the prior without a confirmation
+inline constexpr double agreeing_fixes_px = 3;     ///< distance by odometry within which two fixes agree, working px
+inline constexpr std::uint32_t most_rejected = 3;  ///< rejected fixes in a row after which the position is lost
 
-/// Trivially copyable: it is a part of the stage's state. Places are on the map's plane.
+/// Trivially copyable, because it is a part of the stage's state. Positions are on the map's plane.
 struct FixBook {
   std::int64_t strip_id = 0;
-  FixedVector<navigation::MeasuredKeyframe, kept_fixes> fixes;  ///< in order; all of them count
-  std::uint32_t has_unconfirmed = 0;
-  std::uint32_t rejected = 0;  ///< fixes in a row that did not count
+  FixedVector<navigation::MeasuredKeyframe, kept_fixes> fixes;  ///< accepted fixes, in order
+  std::uint32_t has_unconfirmed = 0;                            ///< 1: `unconfirmed` is valid
+  std::uint32_t rejected = 0;                                   ///< fixes in a row that were not accepted
   navigation::MeasuredKeyframe unconfirmed;
 };
 
-/// What becomes of a new fix. `wants_second`: it counts only where another one agrees, because nothing led there, or it
-/// is farther from the prior than that errs. `scratch` carries nothing.
+/// Decides on a new fix and adds it to the book if it is accepted. With `wants_second` it is accepted only if the fix
+/// before agrees, because there was no prior or the fix is farther from the prior than the prior's error allows.
+/// `pixel_m` is the working pixel.
 [[nodiscard]] FixState judge_fix(const navigation::MeasuredKeyframe& fix, double pixel_m, bool wants_second,
                                  FixBook& book, navigation::MeasuredKeyframes& scratch);
 
-/// The similarity by these fixes alone.
+/// The strip frame that is estimated from the accepted fixes alone.
 [[nodiscard]] navigation::StripFrame frame_by_fixes(const FixBook& book, navigation::MeasuredKeyframes& scratch);
 
-/// Horizontal distance between the ground of `fix` and where `other` alone and the poses between lead, and its sigma,
-/// m.
+/// Horizontal distance, m, between the ground of `fix` and its prediction from `other` and the poses of both, with the
+/// standard deviation.
 struct FixDistance {
   double metres = 0, sigma = 0;
 };

@@ -1,4 +1,4 @@
-// A window of the map at any pixel that is not finer than the map's, painted tile by tile.
+// A window of the map, resampled tile by tile to a working pixel that is not smaller than the map's.
 #pragma once
 
 #include <array>
@@ -10,7 +10,7 @@
 namespace ilp {
 
 inline constexpr std::size_t max_canvas_cells = std::size_t{max_map_window_side} * max_map_window_side;
-/// Pixels of the map along a side of a cell, at most: sums of more would not fit.
+/// Largest side of a cell in pixels of the map: with more, the sums would overflow.
 inline constexpr double most_canvas_ratio = 30;
 
 struct MapCanvas {
@@ -20,7 +20,7 @@ struct MapCanvas {
   std::array<std::uint32_t, max_canvas_cells> sum, weight;
 };
 
-/// Range of a layer's tiles, last ones included.
+/// A range of a layer's tiles; the last row and column are included.
 struct MapTileRange {
   std::int32_t first_row = 0, last_row = -1, first_column = 0, last_column = -1;
 
@@ -30,23 +30,23 @@ struct MapTileRange {
                : (std::int64_t{last_row} - first_row + 1) * (std::int64_t{last_column} - first_column + 1);
   }
 };
-/// The tiles of the layer, of those it has, that the window touches.
+/// The range of the layer's tiles that the window touches.
 [[nodiscard]] MapTileRange tiles_under(const MapPlan& plan, const MapLayer& layer);
 
-/// Nothing is known of the window.
+/// Makes all cells unknown.
 void begin_canvas(const MapPlan& plan, MapCanvas& canvas);
-/// Adds a tile of the layer: each cell becomes the mean of the map's pixels over its area, and has the height of its
-/// centre, bilinear between posts. `invalid_argument` (map_window) for a window with a finer pixel, or one coarser than
-/// most_canvas_ratio.
+/// Adds a tile of the layer: the grey value of a cell is the mean of the map's pixels in its area, and its height is
+/// that of its centre, interpolated bilinearly between posts. Returns `invalid_argument` (map_window) if the window's
+/// pixel is smaller than the layer's, or larger by more than a factor of most_canvas_ratio.
 Status paint_tile(const MapTile& tile, const MapLayer& layer, const MapPlan& plan, MapCanvas& canvas);
-/// A cell of which less than half is known is unknown.
+/// Completes the window after the last tile. Cells of which less than half is known become unknown.
 void finish_canvas(const MapPlan& plan, const MapLayer& layer, MapCanvas& canvas);
 
-/// The canvas as registration takes it.
+/// The canvas in the form that registration needs.
 [[nodiscard]] MapWindow window_of(const MapPlan& plan, const MapDirectory& directory, const MapCanvas& canvas);
 
-/// Height of a tile's ground at a place of the map; the mean of its known posts where the ones about the place are not
-/// known. False for a place outside the tile, or a tile without heights.
+/// Height of the ground at a point of the map inside the tile, interpolated between posts, or the mean of all known
+/// posts if those around the point are unknown. Returns false for a point outside the tile, or a tile without heights.
 [[nodiscard]] bool tile_height(const MapTile& tile, const MapLayer& layer, double x_m, double y_m, double& height_m);
 
 }  // namespace ilp

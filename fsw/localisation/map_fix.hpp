@@ -1,4 +1,4 @@
-// Where keyframes stand on the map of an orbiter: Depth and the tiles of the map -> Fix (docs/map-relative.md).
+// Registers keyframes against the map of an orbiter: Depth and the tiles of the map -> Fix (docs/map-relative.md).
 #pragma once
 
 #include "fsw/base/result.hpp"
@@ -6,17 +6,17 @@
 
 namespace ilp {
 
-/// Does nothing unless the mission uses a map. Every keyframe with a depth record gets a fix, in the order of
-/// keyframes; one that cannot be localised gets a record that says why. A keyframe is registered where the latest fixes
-/// of its strip lead, or where the vehicle's measurements say. A fix that is farther from there than that errs counts
-/// only if the next one agrees. What it predicts follows from records that never change and from its own state, so that
-/// the same flight gives the same fixes whenever its steps come.
+/// Does nothing unless the mission uses a map. Every keyframe with a depth record gets a record `fix`, in the order of
+/// keyframes; the record of a keyframe that cannot be localised gives the reason. The prior of the registration is
+/// predicted from the latest fixes of the strip, or from the vehicle's measurements. A fix that is farther from the
+/// prior than the prior's error allows is accepted only if the next fix agrees. The prior depends only on records that
+/// never change and on the component's own state, so that the results do not depend on the time of its steps.
 class MapFix final : public StageComponent<ComponentId::map_fix> {
  public:
   static const CheckpointForm checkpoint;
   using Scratch = MapStepScratch;
 
-  /// Without a source there is no map.
+  /// `source` is null if there is no map.
   MapFix(Tables store, const MissionParameters& mission, Scratch scratch, MapSource* source = nullptr);
 
   Status restore() override;

@@ -1,4 +1,4 @@
-// Memory of the localisation of one keyframe: it lasts from its image to its fix, in the memory of the step.
+// Scratch of the localisation of one keyframe, in the shared memory: it is kept from the image to the fix.
 #pragma once
 
 #include <array>
@@ -17,8 +17,8 @@ namespace ilp {
 
 struct MapFixScratch {
   MapRegistration registration;
-  MapKeyframe keyframe;                             ///< what the registration borrows, with the members below
-  std::array<MapKeyframe, most_together> together;  ///< the same and those before that are registered with it
+  MapKeyframe keyframe;                             ///< its views refer to the members below
+  std::array<MapKeyframe, most_together> together;  ///< the keyframe and earlier ones that are registered with it
   KeyframeDepths depths;
   FrameImage image;
   SeenCells seen;
@@ -31,24 +31,24 @@ struct MapFixScratch {
   MapRegistrationWorkspace work;
 };
 
-/// The same for a start without a prior.
+/// Scratch of a start without a prior.
 struct MapStartScratch {
   CameraModel camera;
   FrameImage image;
   std::int32_t factor;
   std::array<std::uint8_t, limits::max_image_pixels> pixels;
-  GrayView view;  ///< of them: the image reduced by `factor`
+  GrayView view;  ///< view of `pixels`: the image reduced by `factor`
   PlaceScratch place;
-  PlaceFeatures features;  ///< of the keyframe
+  PlaceFeatures features;  ///< features of the keyframe
   std::array<std::uint8_t, limits::max_map_tile_bytes> file;
   MapTileFeatures tile;
-  PlaceFeatures image_features, shape_features;  ///< of the tiles that are compared together
+  PlaceFeatures image_features, shape_features;  ///< features of the tiles that are compared together
   PlaceMatch match;
-  std::size_t next;        ///< tile to compare, with those beside it
-  std::size_t best_entry;  ///< of the first of the tiles that show the keyframe's ground; max_map_tiles: none yet
-  Similarity2 best;        ///< px of the reduced image from those of the pictures of features, from that tile on
-  double evidence;
-  bool knows;  ///< a tile has features
+  std::size_t next;        ///< the next tile to compare, together with its neighbours
+  std::size_t best_entry;  ///< first tile of the group that shows the keyframe's ground best; max_map_tiles: none yet
+  Similarity2 best;        ///< px of the reduced image from px of the feature pictures, with origin in that tile
+  double evidence;         ///< evidence for `best`
+  bool knows;              ///< a tile has features
 };
 
 }  // namespace ilp

@@ -1,13 +1,13 @@
-// A start without a prior: the features of a keyframe are compared with those of all tiles, and the tiles that show the
-// same ground say where to register it.
+// A start without a prior: compares the features of a keyframe with those of all tiles, and takes the position of the
+// tiles that show the same ground as the prior of the registration.
 #pragma once
 
 #include "fsw/localisation/map_part.hpp"
 
 namespace ilp {
 
-/// One call after another while work.phase is one of its phases. It ends with work.prior and FixPrior::search, and the
-/// phase `load`, so that the keyframe is registered there; or with the phase `record`, where no tile shows its ground.
+/// Call the function of the present work.phase in each step. The start ends with work.prior, FixPrior::search and the
+/// phase `load`, so that the keyframe is registered there; or with the phase `record` if no tile shows its ground.
 class MapStart {
  public:
   MapStart(const MapWiring& wiring, MapWork& work, MapWorkspace& workspace)

@@ -1,12 +1,12 @@
-// An image made smaller by a whole number.
+// Reduces an image by an integer factor.
 #pragma once
 
 #include "fsw/base/image_view.hpp"
 
 namespace ilp {
 
-/// Each pixel is the mean of the square of `factor` by `factor` that it stands for. `to` has the image's sides divided
-/// by the factor, rounded down.
+/// Each pixel of `to` is the mean of a square of `factor` x `factor` pixels. The sides of `to` are those of the image
+/// divided by the factor, rounded down.
 inline void mean_of_squares(GrayView image, std::int32_t factor, MutableGrayView to) {
   const auto area = static_cast<std::uint32_t>(factor * factor);
   for (std::int32_t y = 0; y < to.height; ++y) {

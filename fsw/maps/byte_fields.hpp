@@ -1,5 +1,5 @@
-// Fields of a map's files: whole numbers and floating-point numbers (IEEE 754, 64 bit), the least significant octet
-// first, one after the other.
+// Reads and writes the fields of a map's files: integers and floating-point numbers (IEEE 754, 64 bit), the least
+// significant octet first, without padding.
 #pragma once
 
 #include <bit>
@@ -13,11 +13,12 @@
 
 namespace ilp::map_file {
 
+/// Returns `parse_error` with the offset.
 inline Status fault_at(std::size_t offset) {
   return {StatusCode::parse_error, static_cast<std::int64_t>(offset)};
 }
 
-/// Reads; beyond the end every field is 0 and `whole` false.
+/// Reads fields from front to back. Beyond the end every field is 0, and whole() is false.
 class FieldReader {
  public:
   explicit FieldReader(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
@@ -59,7 +60,7 @@ class FieldReader {
   bool whole_ = true;
 };
 
-/// Writes; what does not fit is only counted.
+/// Writes fields from front to back. Fields that do not fit are not written but counted in size().
 class FieldWriter {
  public:
   explicit FieldWriter(std::span<std::uint8_t> bytes) : bytes_(bytes) {}
@@ -71,7 +72,7 @@ class FieldWriter {
   }
   void write(double value) { write(std::bit_cast<std::uint64_t>(value)); }
   void write(std::int32_t value) { write(static_cast<std::uint32_t>(value)); }
-  /// The bytes that are left.
+  /// The bytes that were not written yet.
   [[nodiscard]] std::span<std::uint8_t> unused() const {
     return at_ < bytes_.size() ? bytes_.subspan(at_) : std::span<std::uint8_t>{};
   }

@@ -1,5 +1,5 @@
-// One tile of a map: an image of 256 x 256 px, heights on posts, and features by which the ground is recognised without
-// knowing where it is. As bytes it is compressed; decoding takes fixed memory and a bounded time.
+// Decodes and encodes tiles of a map: an image of 256 x 256 px, heights on posts, and features for place recognition
+// without a prior. The files are compressed; decoding takes fixed memory and bounded time.
 #pragma once
 
 #include <array>
@@ -21,10 +21,10 @@ inline constexpr std::int16_t unknown_post = std::numeric_limits<std::int16_t>::
 struct MapTile {
   std::uint16_t layer = 0, row = 0, column = 0;
   double height_offset_m = 0, height_step_m = 1;
-  /// 0: unknown; 1 to 255, proportional to the light.
+  /// Grey values 1 to 255, proportional to the light; 0: unknown.
   std::array<std::uint8_t, map_tile_pixels> image{};
-  /// In steps, at the corners of pixels: post (i, j) stands 4 i pixels east and 4 j pixels south of the tile's
-  /// north-western corner. unknown_post where nothing is known.
+  /// Heights in steps of height_step_m. Post (i, j) is 4 i pixels east and 4 j pixels south of the tile's north-western
+  /// corner. unknown_post where the height is not known.
   std::array<std::int16_t, map_tile_post_count> posts{};
 
   [[nodiscard]] bool is_known(std::int32_t i, std::int32_t j) const { return post(i, j) != unknown_post; }
@@ -36,44 +36,46 @@ struct MapTile {
   }
 };
 
-/// Features are found in pictures that have so many pixels along one of the tile, and their levels and descriptors
-/// belong to these: a tile has too few pixels for many features, and a keyframe on its grid likewise.
+/// Features are detected in a picture of the tile that is enlarged by this factor, because a tile has too few pixels
+/// for many features. Their levels and descriptors refer to this picture.
 inline constexpr std::int32_t map_feature_zoom = 2;
 
-/// Places in px of the tile, pixel centres at integers.
+/// Features with positions in px of the tile, pixel centres at integers.
 using MapFeatures = FixedVector<PlaceFeature, limits::max_map_features>;
+/// The features of a tile for one direction of the sun.
 struct MapTileFeatures {
-  MapFeatures image;  ///< of the image under the sun that was meant; empty where that is far from the image's own
-  MapFeatures shape;  ///< of the shading of the heights under that sun; empty where the image serves
+  MapFeatures image;  ///< features of the image; empty if the image's own sun is far from that direction
+  MapFeatures shape;  ///< features of the shaded heights; empty if `image` is used
 };
 
-/// Scratch of decoding and encoding a tile. It carries nothing from call to call.
+/// Scratch of decoding and encoding a tile. Nothing is kept between calls.
 struct MapTileWorkspace {
   std::array<std::int32_t, map_tile_pixels> samples, scratch;
   std::array<std::uint8_t, map_tile_pixels> mask;
 };
 
-/// Decodes the file of an entry. `record_damaged` (a = the entry's index): it is not the file that the directory means
-/// (size, digest); `truncated`, `parse_error` (a = offset), `unsupported_format` (a = version): a file that the digest
-/// covers, and that was written wrongly. After an error `tile` is void.
+/// Decodes the file of an entry. Returns `record_damaged` (first value: index of the entry) if its size or digest is
+/// not that of the directory. Returns `truncated`, `parse_error` (first value: offset) or `unsupported_format` (first
+/// value: version) if the digest is right but the file was written wrongly. After a fault `tile` is undefined.
 Status decode_map_tile(std::span<const std::uint8_t> file, const MapDirectory& directory, std::size_t entry,
                        MapTileWorkspace& workspace, MapTile& tile);
 
-/// Its features; both lists are empty in a map without them. Errors as above.
+/// Reads the features of a tile; both lists are empty if the map has none. Returns the faults of decode_map_tile.
 Status read_map_features(std::span<const std::uint8_t> file, const MapDirectory& directory, std::size_t entry,
                          MapTileFeatures& features);
 
 struct MapTileCoding {
-  std::size_t image_bytes = map_tile_pixels / 16;  ///< ceiling of the image's section, beside its mask: 0.5 bit a pixel
+  std::size_t image_bytes = map_tile_pixels / 16;  ///< most bytes of the image without its mask: 0.5 bit per pixel
 };
 
-/// Writes a tile's file; `size` is the number of bytes. Heights and masks are exact; the image keeps what its ceiling
-/// allows. `capacity_exceeded`; `invalid_argument` for features outside the tile. For the ground.
+/// Writes a tile's file, for the ground segment; `size` gets the number of bytes. Heights and masks are lossless; the
+/// image has the quality that coding.image_bytes allows. Returns `capacity_exceeded` if the file does not fit, and
+/// `invalid_argument` for features outside the tile.
 Status encode_map_tile(const MapTile& tile, const MapTileFeatures& features, std::uint64_t map_id,
                        const MapTileCoding& coding, MapTileWorkspace& workspace, std::span<std::uint8_t> file,
                        std::size_t& size);
 
-/// Gives the file of encode_map_tile to another map.
+/// Replaces the map's id in a file of encode_map_tile.
 void set_map_id(std::span<std::uint8_t> file, std::uint64_t map_id);
 
 }  // namespace ilp

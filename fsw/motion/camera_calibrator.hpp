@@ -1,5 +1,5 @@
-// Finds an unknown camera by the poses of its keyframes and freezes it, then checks strips against the frozen one
-// (paper 3.2.1; decisions.md, 6).
+// Self-calibration: estimates an unknown camera from the images of keyframes and freezes it, then checks every strip
+// against the frozen camera (paper 3.2.1; decisions.md, 6).
 #pragma once
 
 #include "cfg/mission.hpp"
@@ -11,7 +11,7 @@
 
 namespace ilp {
 
-/// LensSearch until the camera is frozen, then StripCheck.
+/// Runs LensSearch until the camera is frozen, then StripCheck.
 class CameraCalibrator final : public StageComponent<ComponentId::camera_calibrator> {
  public:
   static const CheckpointForm checkpoint;
@@ -40,7 +40,7 @@ class CameraCalibrator final : public StageComponent<ComponentId::camera_calibra
   LensSearch lens_search();
 
   Wiring wiring_;
-  Cursor cursor_;  ///< second: the last strip checked
+  Cursor cursor_;  ///< Cursor::second is the last strip that was checked
   State state_;
   Work work_;
   Workspace workspace_;

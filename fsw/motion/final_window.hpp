@@ -1,5 +1,5 @@
-// Final poses and points of a few keyframes, read back from the store as a window of bundle adjustment, and how their
-// images moved.
+// Loads final poses and points of a few keyframes from the store as a window of bundle adjustment, and the motion of
+// their images during the readout.
 #pragma once
 
 #include <span>
@@ -10,14 +10,15 @@
 
 namespace ilp {
 
-/// Loads the cameras of `keyframe_ids` (ascending, final), all free, and the points that at least two of them see, from
-/// the structure up to that of keyframe `through_id`, as far as there is room. `invalid_argument` for more
-/// keyframes than limits::max_bundle_cameras, `truncated` for a structure that ends within a point.
+/// Loads the cameras of `keyframe_ids` (ascending, with final poses) as free cameras, and the points that at least two
+/// of them see, from the structure records up to keyframe `through_id`. Points beyond the window's capacity are left
+/// out. Returns `invalid_argument` for more keyframes than limits::max_bundle_cameras, and `truncated` for a structure
+/// that ends within a point.
 Status load_final_window(Reader<PoseRecord, StructureRecord> store, const CameraModel& camera,
                          std::span<const std::int64_t> keyframe_ids, std::int64_t through_id, BundleProblem& window);
 
-/// How the images of these keyframes moved while the rolling shutter of `camera` read them; `readout_open`: its readout
-/// time is an unknown. A keyframe without a record has moved in an unknown way.
+/// Loads the motion of the keyframes' images during the readout of the rolling shutter of `camera`. `readout_open` says
+/// that the readout time is an unknown of the adjustment. The motion of a keyframe without a record is unknown.
 Status load_motion(Reader<ShutterRecord> store, const CameraModel& camera, bool readout_open,
                    std::span<const std::int64_t> keyframe_ids, WindowMotion& motion);
 

@@ -1,9 +1,10 @@
-// How the image of a keyframe moves while a rolling shutter reads it, from the frames about it.
+// Estimates the motion of a keyframe's image during the readout of a rolling shutter, from the neighbouring frames.
 //
-// Planes between two frames before and two after the keyframe, as the overlap checker measured them, give the image's
-// homography over time: the polynomial through them, and its derivative at the keyframe. The middle of an image is that
-// of its middle row, so that its shift is free of the readout; the rest is corrected with the motion found so far. No
-// focal length, velocity or attitude is needed apart: over a plane a homography holds them all.
+// The overlap checker has measured homographies between the keyframe and two frames before and two after it. A
+// polynomial through them gives the homography over time, and its derivative at the keyframe is the motion. The shift
+// of the image centre does not depend on the readout, because the centre is in the middle row; the other elements are
+// corrected with the motion found so far. Focal length, velocity and attitude need not be known: over a plane the
+// homography contains them.
 #pragma once
 
 #include "fsw/base/geometry.hpp"
@@ -14,19 +15,19 @@ namespace ilp {
 
 using KeyframeMotionStore = Reader<KeyframeRecord, FrameRecord, StripRecord, OverlapRecord, FramePlaneRecord>;
 
-/// Fills `shutter` for a camera with a rolling shutter, found or to be found, and leaves it empty (id 0) for any other.
-/// False while the two frames after the keyframe are not judged and its strip goes on. With fewer frames than two on
-/// each side the sigma is larger. Without any, and where the motion is too fast for the correction, the source is
-/// `none`.
+/// Fills `shutter` if the camera has a rolling shutter, with a known or unknown readout time; otherwise leaves it empty
+/// (id 0). Returns false while the overlap checker has not judged the two frames after the keyframe and the strip is
+/// open. With fewer than two frames on a side the sigma is larger. Without any frame, or if the motion is too fast to
+/// be corrected, the source is `none`.
 Result<bool> keyframe_motion(KeyframeMotionStore store, const CameraRecord& camera, const KeyframeRecord& keyframe,
                              ShutterRecord& shutter);
 
-/// One sigma of the motion along x and along y, px/s. Relief disturbs the frames alike, and at the end of a swing they
-/// do not say how far they attenuate it: it is larger than that of the record.
+/// Standard deviation of the motion in x and in y, px/s. It is larger than ShutterRecord::sigma_px_s, because relief
+/// disturbs all frames in the same way, and because the polynomial attenuates the motion at the end of a swing.
 [[nodiscard]] double motion_sigma_px_s(const CameraModel& camera, const ShutterRecord& shutter);
 
-/// What the errors of motion and readout time do to a pose, as a turn: root mean square over the rows of how far they
-/// move one against the middle row.
+/// The effect of the errors of motion and readout time on a pose, as a rotation, rad: the RMS over the rows of a row's
+/// displacement relative to the middle row, divided by the focal length.
 [[nodiscard]] double shutter_error_rad(const CameraRecord& camera, const ShutterRecord& shutter);
 
 }  // namespace ilp

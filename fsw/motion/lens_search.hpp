@@ -1,4 +1,4 @@
-// The search for the intrinsics and the readout time of a camera that is not known (paper 3.2.1; decisions.md, 6).
+// Self-calibration of an unknown camera: estimates its intrinsics and readout time (paper 3.2.1; decisions.md, 6).
 #pragma once
 
 #include "cfg/mission.hpp"
@@ -10,22 +10,22 @@
 
 namespace ilp {
 
-/// One pass over the keyframes. A restart starts it over: everything that lasts is in the camera's record.
+/// One pass over the keyframes. A restart begins the pass again: lasting results are in the camera's record.
 struct LensSearchWork {
-  bool solving = false;
-  bool last = false;                ///< no keyframe will come that the next pass could wait for
+  bool solving = false;             ///< the pass has enough poses, and rounds are computed
+  bool last = false;                ///< no further keyframe will come, so that there is no next pass
   std::int64_t looked_id = 0;       ///< newest keyframe whose pose was counted; while solving, the last one of the pass
-  std::int64_t first_frame_id = 0;  ///< of the oldest keyframe
-  std::int64_t first_id = 0;
-  std::uint32_t posed = 0;
-  std::uint32_t least_posed = 0;  ///< fewer have no window: the points that they see have not ended yet
-  bool placed = false;
-  BodyPlace origin;            ///< from where places count
-  std::int64_t window_id = 0;  ///< where the next window begins
+  std::int64_t first_frame_id = 0;  ///< frame of the oldest keyframe
+  std::int64_t first_id = 0;        ///< the oldest keyframe
+  std::uint32_t posed = 0;          ///< number of posed keyframes
+  std::uint32_t least_posed = 0;  ///< least value of `posed` for a new attempt, after one in which no window had points
+  bool placed = false;            ///< `origin` is known
+  BodyPlace origin;               ///< origin of the keyframes' positions
+  std::int64_t window_id = 0;     ///< first keyframe of the next window
   std::uint32_t round = 0;
-  CameraModel camera;  ///< of the round
+  CameraModel camera;  ///< camera of the round
   CameraEvidence evidence;
-  /// What the round before has said of its camera.
+  /// Result of the round before.
   struct Solution {
     LensStep step;
     CameraCheck check;
@@ -34,13 +34,14 @@ struct LensSearchWork {
   CameraModel stepped_from;  ///< the camera of the round before
 };
 
-/// Structure and motion poses the keyframes by the camera as it is; each pose is a trial. Once a pass has enough of
-/// them, the camera is moved by rounds: every window of six keyframes, which overlap by one, adds its equations, and a
-/// step is taken, until it is short. The camera's next revision makes all poses again, because its tracks are longer.
-/// Revision 1 comes with 6 poses, 2 with 16, 3 with 36, 4 when the mission's patience ends; the flight's end brings
-/// what it finds. From the second pass on the camera is frozen where the images determine the lens, or where nothing
-/// else will come. What the images leave open stays as it was given, with its error. Attitudes and
-/// places that the vehicle measured are used.
+/// Structure and motion computes trial poses with the present camera. Once a pass has enough poses, the camera is
+/// estimated in rounds: each window of six keyframes (windows overlap by one) adds its equations, and the camera takes
+/// a step, until the step is small. The result is the next revision of the camera, with which all poses are computed
+/// again, because a better camera gives longer tracks. Revision 1 is computed from 6 poses, 2 from 16, 3 from 36, and 4
+/// when the mission's time limit ends; at the end of the flight the poses that exist are used. From the second pass on
+/// the camera is frozen if the images determine the lens, or if no further keyframes will come. Intrinsics that the
+/// images leave undetermined keep their given values and errors. Attitudes and positions that the vehicle measured are
+/// used.
 class LensSearch {
  public:
   using Tables = StageStore<ComponentId::camera_calibrator>;
@@ -50,10 +51,10 @@ class LensSearch {
              StripCheckWorkspace& workspace)
       : wiring_(wiring), cursor_(cursor), state_(state), work_(work), patience_(patience), workspace_(workspace) {}
 
-  /// The next pose, window or round; no: there is none yet. `event` is worth reporting; `camera` becomes what was
-  /// found.
+  /// Processes the next pose, window or round. Returns false if there is none yet. `event` is to be reported. `camera`
+  /// becomes the new revision at the end of a pass.
   Result<bool> step(CameraRecord& camera, Status& event);
-  /// For Patience.
+  /// Identifies the present input for Patience.
   [[nodiscard]] std::int64_t input() const { return -(work_.looked_id + 1); }
 
  private:

@@ -1,5 +1,5 @@
-// Whether the images of each strip fit the camera: its final poses and points in windows, and the record and event that
-// say so.
+// Checks whether the images of each strip fit the camera, from final poses and points in windows, and writes a record
+// and an event.
 #pragma once
 
 #include "cfg/mission.hpp"
@@ -15,12 +15,12 @@ namespace ilp {
 
 inline constexpr std::size_t least_window_views = 3;
 
-/// The strip after the last checked one.
+/// State of the check of the present strip.
 struct StripCheckState {
-  std::int64_t pose_id = 0;                                ///< newest one examined
-  std::int64_t window_first_id = 0;                        ///< first keyframe of the next window; 0: that of the strip
-  std::uint32_t posed = 0;                                 ///< posed keyframes from there up to pose_id
-  CameraCheckVerdict reported = CameraCheckVerdict::fits;  ///< of the latest event
+  std::int64_t pose_id = 0;          ///< newest pose that was examined
+  std::int64_t window_first_id = 0;  ///< first keyframe of the next window; 0: the first one of the strip
+  std::uint32_t posed = 0;           ///< number of posed keyframes from window_first_id to pose_id
+  CameraCheckVerdict reported = CameraCheckVerdict::fits;  ///< verdict of the latest event
   CameraEvidence evidence;
 };
 struct StripCheckWork {
@@ -30,15 +30,16 @@ struct StripCheckWork {
 struct StripCheckWorkspace {
   FixedVector<std::int64_t, limits::max_calibration_views> ids;  ///< keyframes of the window
   BundleProblem window;
-  MeasuredPlaces places;    ///< of the window's views
-  MeasuredHeights heights;  ///< likewise
-  WindowMotion motion;      ///< of the window's views
+  MeasuredPlaces places;    ///< positions of the window's views
+  MeasuredHeights heights;  ///< heights of the window's views
+  WindowMotion motion;      ///< motion of the window's views during the readout
   IntrinsicsWorkspace equations;
-  navigation::MeasuredKeyframes measured;  ///< of LensSearch: what the vehicle measured at posed keyframes
+  navigation::MeasuredKeyframes measured;  ///< for LensSearch: the vehicle's measurements at posed keyframes
 };
 
-/// Windows overlap by one keyframe, and come once their points are final. A contradiction changes nothing. A window
-/// that cannot be read adds nothing, and a strip whose records cannot be read is not checked.
+/// A strip is checked in windows that overlap by one keyframe, once their points are final. A contradiction is reported
+/// and does not change the camera. A window that cannot be read is left out, and a strip whose records cannot be read
+/// is not checked.
 class StripCheck {
  public:
   using Tables = StageStore<ComponentId::camera_calibrator>;
@@ -52,9 +53,9 @@ class StripCheck {
              StripCheckWorkspace& workspace)
       : wiring_(wiring), cursor_(cursor), state_(state), work_(work), patience_(patience), workspace_(workspace) {}
 
-  /// The next pose, window or verdict; no: there is none yet. `event` is worth reporting.
+  /// Processes the next pose, window or verdict. Returns false if there is none yet. `event` is to be reported.
   Result<bool> step(const CameraModel& camera, Status& event);
-  /// Strips that were checked are not checked again: their points may have been released since.
+  /// Continues after the strips that have a check on record, because their points may have been released.
   Status resume_after_records();
 
  private:
@@ -64,10 +65,10 @@ class StripCheck {
   Status end_window(const CameraModel& camera, Status& event);
   Status commit(const Cursor& after, StripCheckState& after_state, const CalibrationCheckRecord* said);
   Status end_strip(std::int64_t strip_id);
-  [[nodiscard]] std::int64_t input() const { return -(cursor_.second + 1); }  ///< for Patience
+  [[nodiscard]] std::int64_t input() const { return -(cursor_.second + 1); }  ///< identifies the strip for Patience
 
   const Wiring wiring_;
-  Cursor& cursor_;  ///< second: the last strip checked
+  Cursor& cursor_;  ///< Cursor::second is the last strip that was checked
   StripCheckState& state_;
   StripCheckWork& work_;
   Patience& patience_;

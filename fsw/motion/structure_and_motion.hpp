@@ -1,4 +1,4 @@
-// The pose of each keyframe: Keyframe -> Pose, provisional and then final (paper 3.2; decisions.md, 4 to 7).
+// Computes the pose of each keyframe, provisional and then final: Keyframe -> Pose (paper 3.2; decisions.md, 4 to 7).
 #pragma once
 
 #include "cfg/mission.hpp"
@@ -15,20 +15,23 @@
 namespace ilp {
 
 /// Processes one keyframe at a time, in slices: corners, matches to the newest posed keyframe, the steps of Sequence,
-/// records. The first keyframes of a strip may wait, related but without a pose, until a pair of them can begin the
-/// structure, at the latest until the strip ends. A keyframe that cannot be related gets a failed pose with its
-/// verdict, and the next one is related to the last keyframe before it; after two failures in a row the strip is
-/// abandoned. Before a keyframe fails, it is tried against the two posed keyframes before the newest one, whose points
-/// it may see though the newest one is a bad image; where the newest one holds few points, these two come first. When a
-/// strip has ended, its last poses become final. While the camera is not frozen, poses are trials, for the search for
-/// the camera, and every change of the camera starts them over. A keyframe whose image cannot be read
-/// counts as one that cannot be related. If the checkpoint is lost, the poses that were not final fail, and so does the
-/// rest of the strip, whose end is commanded. A final pose never changes.
+/// records. The first keyframes of a strip may be related to each other but wait for their poses until a pair of them
+/// can begin the structure, at the latest until the strip ends. When a strip has ended, its last poses become final. A
+/// final pose never changes.
+///
+/// If a keyframe cannot be related to the newest posed keyframe, which may be a bad image, it is tried against the two
+/// posed keyframes before that one. If the newest one has few points, these two are tried first. A keyframe that cannot
+/// be related, or whose image cannot be read, gets a failed pose with a verdict, and the next keyframe is related to
+/// the last posed one. After two failures in a row the strip is abandoned.
+///
+/// While the camera is not frozen, poses are trials for the self-calibration, and every change of the camera starts
+/// them again. If the checkpoint is lost, poses that were not final fail; the rest of the strip fails too, and its end
+/// is commanded.
 class StructureAndMotion final : public StageComponent<ComponentId::structure_and_motion> {
  public:
   static const CheckpointForm checkpoint;
 
-  /// The points of a batch beside what their sequence needs.
+  /// Scratch for the final points of a batch.
   struct FinalsWorkspace {
     SequenceWorkspace sequence;
     std::uint32_t point_count;
@@ -52,35 +55,35 @@ class StructureAndMotion final : public StageComponent<ComponentId::structure_an
   };
   struct State {
     SequenceState sequence;
-    std::int32_t camera_revision = 0;    ///< by which all poses so far were made
-    std::int64_t examined_id = 0;        ///< newest keyframe examined with it; the cursor is the newest of all
-    std::int64_t strip_id = 0;           ///< 0: no strip is open
+    std::int32_t camera_revision = 0;  ///< revision of the camera for all poses so far
+    std::int64_t examined_id = 0;      ///< newest keyframe examined with this revision; the cursor is for any revision
+    std::int64_t strip_id = 0;         ///< 0: no strip is open
     std::int64_t posed_keyframe_id = 0;  ///< newest keyframe of the strip that has a pose or waits for it
     std::uint32_t failures = 0;          ///< failures in a row
     bool lost = false;                   ///< the strip was abandoned: its later keyframes have no pose
     bool end_commanded = false;          ///< the end of the lost strip was commanded
     ScaleSource scale_source = ScaleSource::first_baseline;
-    BaselineErrors baseline_errors;  ///< of a rolling shutter
+    BaselineErrors baseline_errors;  ///< for a rolling shutter
     double last_from_posed[9] = {1, 0, 0, 0, 1,
                                  0, 0, 0, 1};  ///< predicts pixels of the posed keyframe in the last keyframe examined
   };
   struct Work {
     CameraRecord camera;
-    // The keyframe at work; a restart drops it.
+    // The keyframe that is processed; a restart discards it.
     Phase phase = Phase::idle;
     KeyframeRecord keyframe;
-    ShutterRecord shutter;        ///< its motion, where the camera has a rolling shutter
-    bool on_record = false;       ///< it has a pose, made before the checkpoint was damaged
-    bool newest_is_poor = false;  ///< it is tried against the newest posed keyframe last
-    std::uint32_t attempt = 0;
-    std::size_t detected = 0;      ///< its corners without those of tracking
-    SequenceReport newest_report;  ///< on its relation to the newest posed keyframe
-    std::int64_t subject = 0;      ///< subject of the step for Patience: the keyframe, or the end of a strip
+    ShutterRecord shutter;         ///< motion of the keyframe's image, if the camera has a rolling shutter
+    bool on_record = false;        ///< the keyframe has a pose from before the checkpoint was damaged
+    bool newest_is_poor = false;   ///< the newest posed keyframe has few points and is tried last
+    std::uint32_t attempt = 0;     ///< number of posed keyframes that were tried before
+    std::size_t detected = 0;      ///< number of detected corners, without those from tracking
+    SequenceReport newest_report;  ///< report on the relation to the newest posed keyframe
+    std::int64_t subject = 0;      ///< input of the step for Patience: the keyframe, or the end of a strip
     Patience patience;
-    bool keeps = false;  ///< the search for corners or matches goes on in the step's memory
+    bool keeps = false;  ///< the search for corners or matches continues in the shared memory
   };
   struct Workspace {
-    double predicted[9]{};  ///< pixels of the keyframe that it is matched with in this one
+    double predicted[9]{};  ///< homography that predicts pixels of the earlier keyframe in this one
     KeyframeImages images;  ///< previous: image of a posed keyframe
     Corners corners;
     Corners older_corners;
@@ -97,9 +100,9 @@ class StructureAndMotion final : public StageComponent<ComponentId::structure_an
   Status begin_match();
   Status begin_match_to_older();
   Status match();
-  /// The keyframe at work is tried against the posed keyframe so many before the newest one.
+  /// The posed keyframe that is tried now, as its number of posed keyframes before the newest one.
   [[nodiscard]] std::uint32_t back() const;
-  /// Whether there is another keyframe to be tried against.
+  /// Moves on to the next posed keyframe to try. Returns false if there is none.
   bool try_next();
   Status extend_sequence();
   Status record();

@@ -1,5 +1,5 @@
-// Where keyframes and strips lie by the vehicle's own measurements and by fixes on a map: Keyframe -> Navigation, Pose
-// and Fix -> StripFrame.
+// Assigns the vehicle's measurements to keyframes, and estimates the frame of each strip from them and from fixes on a
+// map: Keyframe -> Navigation; Pose and Fix -> StripFrame.
 #pragma once
 
 #include "cfg/limits.hpp"
@@ -15,16 +15,17 @@
 
 namespace ilp {
 
-/// With navigation it keeps the newest samples, and says for each keyframe what they mean at its exposure: also that it
-/// is nothing, because structure and motion waits for that record. It says for each strip, as its poses become final,
-/// which similarity takes its world to metres, up and north; without navigation and a map by the heights that come with
-/// the images, if there are any. With a map, a pose waits for the keyframe's fix. Samples that are implausible or out
-/// of order are left out and counted.
+/// If the mission uses navigation, the component keeps the newest samples and writes for each keyframe a record with
+/// the measurements at its exposure. The record may be empty, but is always written, because structure and motion waits
+/// for it. As the poses of a strip become final, the component estimates the strip frame: the similarity from the
+/// strip's world frame to metres, up and north. Without navigation and map it uses the heights that come with the
+/// images, if there are any. With a map, a pose is used only when the keyframe's fix is on record. Samples that are
+/// implausible or out of order are left out and counted.
 class Navigator final : public StageComponent<ComponentId::navigator> {
  public:
   static const CheckpointForm checkpoint;
 
-  /// Without a source nothing is measured.
+  /// `source` is null if nothing is measured.
   Navigator(Tables store, Clock& clock, const MissionParameters& mission, NavigationSource* source = nullptr);
 
   Status restore() override;
@@ -40,11 +41,11 @@ class Navigator final : public StageComponent<ComponentId::navigator> {
     const MissionParameters& mission;
     NavigationSource* source;
   };
-  /// The strip at work.
+  /// The strip that is processed.
   struct State {
     std::int64_t strip_id = 0;
     bool placed = false;  ///< the origin is known
-    BodyPlace origin;     ///< from where the places of the keyframes are counted
+    BodyPlace origin;     ///< origin of the positions of the keyframes
     StripFrameVerdict verdict = StripFrameVerdict::nothing_measured;
     navigation::MeasuredKeyframes keyframes;
   };
@@ -54,15 +55,16 @@ class Navigator final : public StageComponent<ComponentId::navigator> {
     FixedVector<NavigationSample, limits::max_navigation_samples> samples;
     std::size_t oldest = 0;
     std::int64_t refused = 0, reported_refused = 0;
-    StatusCode reason = StatusCode::ok;  ///< why the latest one was refused
+    StatusCode reason = StatusCode::ok;  ///< why the latest refused sample was refused
   };
 
   StepResult work();
-  /// Takes samples up to a time, a bounded number of them. Returns whether there are no more up to that time.
+  /// Takes a bounded number of samples up to a time. Returns true if no more samples up to that time are left.
   bool take_samples(TimeNs until);
   void keep(const NavigationSample& sample);
-  /// Whether there was something to do, here and below.
+  /// Writes the navigation record of the next keyframe. Returns false if there was nothing to do.
   Result<bool> measure_keyframe();
+  /// Adds the next pose to its strip and writes the strip frame. Returns false if there was nothing to do.
   Result<bool> place_strip();
   void measure(const KeyframeRecord& keyframe, NavigationRecord& record) const;
   Result<bool> fixed_at(std::int64_t keyframe_id, FixRecord& fix) const;
@@ -75,7 +77,7 @@ class Navigator final : public StageComponent<ComponentId::navigator> {
                                            std::int64_t keyframe_id) const;
 
   Wiring wiring_;
-  Cursor cursor_;  ///< newest keyframe measured, newest pose taken into account
+  Cursor cursor_;  ///< newest keyframe with a navigation record; newest pose that was used
   State state_;
   Workspace workspace_;
 };

@@ -1,5 +1,5 @@
-// Authentication of space packets in the manner of CCSDS 355.0-B, whose baseline for telecommands gives the sizes: a
-// security header (SPI, sequence number) follows the primary header, a message authentication code follows the data.
+// Authentication of space packets in the manner of CCSDS 355.0-B: a security header (SPI, sequence number) follows the
+// primary header, a message authentication code follows the data. The sizes are those of its baseline for telecommands.
 #pragma once
 
 #include <array>
@@ -14,12 +14,12 @@
 namespace ilp {
 
 inline constexpr std::size_t security_header_bytes = 6;    ///< SPI 16 bits, sequence number 32 bits
-inline constexpr std::size_t security_trailer_bytes = 16;  ///< first half of HMAC-SHA-256 over all octets before it
+inline constexpr std::size_t security_trailer_bytes = 16;  ///< first half of the HMAC-SHA-256 of all octets before it
 inline constexpr std::size_t security_bytes = security_header_bytes + security_trailer_bytes;
 inline constexpr std::size_t min_key_bytes = 16;
 inline constexpr std::size_t max_key_bytes = 64;
 
-/// The highest sequence number of one security association.
+/// The highest sequence number that was received in one security association.
 struct SequenceMark {
   std::uint32_t highest = 0;
   std::uint16_t spi = 0;
@@ -29,25 +29,29 @@ struct SequenceMark {
 };
 using SequenceMarks = FixedVector<SequenceMark, limits::max_security_associations>;
 
+/// Checks packets against the keys of its security associations, and refuses replayed packets.
 class Authenticator {
  public:
-  /// `invalid_argument` for a known SPI or a key of another length, `capacity_exceeded`.
+  /// Adds a security association. Returns `invalid_argument` for an SPI that was added before, or a key not of
+  /// min_key_bytes to max_key_bytes; `capacity_exceeded` if there are too many associations.
   Status add(std::uint16_t spi, std::span<const std::uint8_t> key);
-  /// The first one that was added, which also signs maps; empty: there is none.
+  /// The key that was added first, which also signs maps. Empty if there is no key.
   [[nodiscard]] std::span<const std::uint8_t> first_key() const;
-  /// Reads lines `SPI KEY`, the SPI from 1 to 65535, the key in hexadecimal; `#` begins a comment. `parse_error` (a =
-  /// line).
+  /// Adds the keys of a text with lines `SPI KEY`: the SPI is from 1 to 65535, the key is hexadecimal, and `#` begins a
+  /// comment. Returns `parse_error` (first value: number of the line) or `capacity_exceeded`.
   Status add_keys(std::span<const char> text);
   [[nodiscard]] bool empty() const { return associations_.empty(); }
 
-  /// Checks a whole space packet and removes security header and trailer: `bytes` octets remain, with the length field
-  /// adapted. `authentication_missing`, `authentication_key`, `authentication_code`, `authentication_replay` (a = SPI,
-  /// b = sequence number) leave the packet unchanged. Of the sequence numbers below the highest one, the last 63 are
-  /// accepted once each, older ones never.
+  /// Checks one complete space packet, removes security header and trailer, and adapts the length field; `bytes` octets
+  /// remain. Returns `authentication_missing` if the packet is too short, `authentication_key` for an unknown SPI,
+  /// `authentication_code` for a wrong code, or `authentication_replay` (values: SPI, sequence number); the packet then
+  /// stays unchanged. Of the sequence numbers below the highest one, the last 63 are accepted once each, older ones
+  /// never.
   Status open(std::span<std::uint8_t> packet, std::size_t& bytes);
 
+  /// The marks of all associations, which survive a restart.
   [[nodiscard]] SequenceMarks marks() const;
-  /// After a restart, accepts only sequence numbers above the marks. Marks of other associations are ignored.
+  /// After a restart: accepts only sequence numbers above the marks. Marks with an unknown SPI are ignored.
   void resume(const SequenceMarks& marks);
 
  private:
@@ -64,8 +68,9 @@ class Authenticator {
   FixedVector<Association, limits::max_security_associations> associations_;
 };
 
-/// The sender's side: writes the packet with security header and trailer to `out`. `truncated` if `packet` is no whole
-/// space packet, `capacity_exceeded`. Every sequence number is used once, from 1 on.
+/// The sender's side: writes the packet with security header and trailer to `out`; `bytes` gets the length. Returns
+/// `truncated` if `packet` has no octet after its primary header, `capacity_exceeded` if the result does not fit. The
+/// caller uses every sequence number once, from 1 on.
 Status seal(std::span<const std::uint8_t> packet, std::uint16_t spi, std::uint32_t sequence,
             std::span<const std::uint8_t> key, std::span<std::uint8_t> out, std::size_t& bytes);
 

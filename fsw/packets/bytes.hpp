@@ -11,7 +11,7 @@
 
 namespace ilp {
 
-/// Reads from front to back. Beyond the end every value is 0, and `ok` stays false from then on.
+/// Reads from front to back. A read beyond the end gives 0 and moves to the end; `ok` stays false from then on.
 class ByteReader {
  public:
   explicit ByteReader(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
@@ -32,7 +32,7 @@ class ByteReader {
   std::int32_t i32() { return static_cast<std::int32_t>(u32()); }
   float f32() { return std::bit_cast<float>(u32()); }
   double f64() { return std::bit_cast<double>(number(8)); }
-  /// Returns an empty span when fewer octets are left.
+  /// Takes the next `octets` octets. Returns an empty span, and `ok` becomes false, when fewer are left.
   std::span<const std::uint8_t> take(std::size_t octets) {
     if (octets > left()) {
       fail();
@@ -42,6 +42,7 @@ class ByteReader {
     at_ += octets;
     return part;
   }
+  /// The octets that were not read yet. They stay unread.
   [[nodiscard]] std::span<const std::uint8_t> rest() const { return bytes_.subspan(at_); }
 
   [[nodiscard]] bool ok() const { return ok_; }
@@ -59,12 +60,13 @@ class ByteReader {
   bool ok_ = true;
 };
 
-/// Writes from front to back. Data that does not fit is not written, and `ok` stays false from then on.
+/// Writes from front to back. Data that does not fit is not written; `ok` stays false and nothing is written from then
+/// on.
 class ByteWriter {
  public:
   explicit ByteWriter(std::span<std::uint8_t> bytes) : bytes_(bytes) {}
 
-  /// Writes the low `octets` octets, 0 to 8. Not ok if the value needs more of them.
+  /// Writes `value` in `octets` octets, 0 to 8. Writes nothing, and `ok` becomes false, if the value needs more octets.
   void number(std::uint64_t value, std::size_t octets) {
     const bool fits = octets <= 8 && octets <= left() && (octets == 8 || (value >> (8 * octets)) == 0);
     if (!fits || !ok_) {

@@ -1,4 +1,4 @@
-// Checksums of whole files (CCSDS 727.0-B-5, 4.2.2; SANA registry of CFDP checksum types).
+// Checksums of complete files (CCSDS 727.0-B-5, 4.2.2; SANA registry of CFDP checksum types).
 #pragma once
 
 #include <cstddef>
@@ -9,9 +9,10 @@
 
 namespace ilp::cfdp {
 
+/// Whether FileChecksum computes the checksum of this type.
 [[nodiscard]] bool is_supported(std::uint8_t checksum_type);
 
-/// Takes the file in order, in pieces of any size.
+/// Computes the checksum of a file that is added in order, in parts of any size.
 class FileChecksum {
  public:
   FileChecksum() = default;

@@ -1,5 +1,5 @@
-// The sender's side of one transaction of class 2 (CCSDS 727.0-B-5, 4.6.3, 4.6.4, 4.6.6 to 4.6.8): PDUs and time in,
-// PDUs out. It knows neither store nor clock nor link.
+// The sender's side of one transaction of class 2 (CCSDS 727.0-B-5, 4.6.3, 4.6.4, 4.6.6 to 4.6.8). The caller passes
+// received PDUs and the time, and sends the PDUs that are due.
 #pragma once
 
 #include <cstdint>
@@ -12,18 +12,18 @@
 namespace ilp::cfdp {
 
 struct SenderSettings {
-  std::uint32_t segment_bytes = 1000;  ///< octets of the file in one PDU
-  std::uint32_t metadata_copies = 2;   ///< a receiver may drop file data that came before the metadata
-  TimeNs timer_ns = 10 * ns_per_s;     ///< an EOF without an answer is sent again after it
-  std::uint32_t timer_limit = 4;       ///< retransmissions of the EOF, then the transaction rests
-  TimeNs rest_ns = 60 * ns_per_s;      ///< after it metadata and EOF are sent again
-  TimeNs prompt_ns = 0;                ///< time without answer after the ACK of the EOF until a prompt; 0: none
+  std::uint32_t segment_bytes = 1000;  ///< most octets of the file in one PDU
+  std::uint32_t metadata_copies = 2;   ///< number sent at the beginning; a receiver may drop data before the metadata
+  TimeNs timer_ns = 10 * ns_per_s;     ///< time after which an EOF without an answer is sent again
+  std::uint32_t timer_limit = 4;       ///< retransmissions of the EOF before the transaction rests
+  TimeNs rest_ns = 60 * ns_per_s;      ///< duration of the rest; then metadata and EOF are sent again
+  TimeNs prompt_ns = 0;                ///< time without any PDU after the ACK of the EOF until a prompt; 0: no prompts
 };
 
 /// The file to send and its names.
 struct SendOrder {
   Header header;
-  char name[32] = {};
+  char name[32] = {};  ///< name at the sender and at the receiver
   std::uint32_t file_bytes = 0;
   std::uint8_t checksum_type = 0;
   std::uint32_t checksum = 0;
@@ -33,7 +33,7 @@ enum class SendPhase : std::uint8_t {
   data,        ///< first transmission of metadata and file data
   answer,      ///< everything was sent once; the EOF is sent until it is answered, gaps are filled
   resting,     ///< the receiver does not answer: nothing is sent for a while
-  cancelling,  ///< an EOF reports that the rest will not come
+  cancelling,  ///< an EOF reports that the remaining data will not be sent
   closed
 };
 
@@ -41,64 +41,67 @@ enum class SendOutcome : std::uint8_t {
   open,
   delivered,  ///< Finished reported: no error, complete, retained
   refused,    ///< Finished reported anything else
-  cancelled,  ///< by either side
-  spent       ///< the receiver knows the number from an earlier file: this one needs another number
+  cancelled,  ///< cancelled by either side
+  spent       ///< the receiver knows the number from an earlier file: this file needs another number
 };
 
-/// One PDU to send; a piece of the file is given by its place.
+/// One PDU to send.
 struct SendItem {
   PduKind kind = PduKind::metadata;
-  bool again = false;  ///< a retransmission
-  Segment segment;
+  bool again = false;  ///< retransmission of file data
+  Segment segment;     ///< range of the file in a PDU of file data
 };
 
 struct SenderCounts {
   std::uint32_t resent_bytes = 0;
-  std::uint32_t bad_gaps = 0;      ///< beyond the file, or inverted
+  std::uint32_t bad_gaps = 0;      ///< requested gaps that end beyond the file or are empty or inverted
   std::uint32_t dropped_gaps = 0;  ///< gaps that the list could not hold: the receiver requests them again
   std::uint32_t gap_steps = 0;     ///< elementary steps spent on NAKs
-  std::uint32_t rests = 0;         ///< since the last answer
+  std::uint32_t rests = 0;         ///< rests since the last PDU of the receiver
 };
 
-/// All times are of a clock that stops out of contact.
+/// All times are those of a clock that stops out of contact.
 ///
 /// A transaction number may be used again, and answers to an earlier file may still arrive: a Finished does not say
-/// which file it is about. "Delivered" is therefore accepted only after the receiver has shown that it works on this
-/// file: by a NAK, a keep-alive, or an ACK of the EOF with status *active*. A Finished before that is not acknowledged,
-/// and the EOF is sent again, which such a receiver answers. If the receiver reports the transaction as over without
-/// having shown it, the number is `spent`.
+/// which file it is about. A Finished that reports the file as retained is therefore accepted only after the receiver
+/// has shown that it works on this file: by a NAK, a keep-alive, or an ACK of the EOF with status *active*. An earlier
+/// one is not acknowledged, and the EOF is sent again, so that the receiver shows its state in the ACK. If the receiver
+/// reports the transaction as terminated without having worked on this file, the number is `spent`.
 class Sender {
  public:
-  /// Sends from the first byte on.
+  /// Starts the transmission of the file from its first byte.
   void begin(const SendOrder& order, const SenderSettings& settings);
-  /// After a restart: the first `progress` bytes were sent, `gaps` are requested; with `all_sent` the EOF follows.
+  /// After a restart: continues after the first `progress` bytes and retransmits `gaps`. With `all_sent` all data were
+  /// sent, and the EOF follows the gaps.
   void resume(const SendOrder& order, const SenderSettings& settings, std::uint32_t progress, bool all_sent,
               std::span<const Segment> gaps);
 
   /// Receives a PDU of this transaction.
   void receive(const Pdu& pdu, TimeNs now);
+  /// Lets the timers expire that are due.
   void tick(TimeNs now);
-  /// The most urgent PDU; `false` when there is none.
+  /// Gives the most urgent PDU that is due. Returns `false` when none is due.
   [[nodiscard]] bool next(SendItem& item) const;
-  /// Builds the PDU of an item. The caller adds the bytes of file data. Spans point into this object.
+  /// Builds the PDU of an item. The caller adds the bytes of file data. The PDU's spans point into this object.
   void build(const SendItem& item, Pdu& pdu) const;
-  /// The item was sent.
+  /// The caller has sent the item.
   void sent(const SendItem& item, TimeNs now);
 
-  /// Sends nothing and stops all timers. PDUs are still received.
+  /// Sends nothing but the ACK of a Finished, and stops all timers. PDUs are still received.
   void suspend() { suspended_ = true; }
   void unsuspend(TimeNs now);
-  /// `checksum` is that of the first progress() bytes.
+  /// Cancels the transaction by an EOF. `checksum` is that of the first progress() bytes.
   void cancel(std::uint32_t checksum, TimeNs now);
-  /// Requests a keep-alive.
+  /// Sends a prompt, by which the receiver sends a NAK at once.
   void prompt() { owes_prompt_ = true; }
 
   [[nodiscard]] const SendOrder& order() const { return order_; }
   [[nodiscard]] SendPhase phase() const { return phase_; }
   [[nodiscard]] SendOutcome outcome() const { return outcome_; }
   [[nodiscard]] Condition condition() const { return condition_; }
-  /// All bytes before it were sent once.
+  /// End of the data that were sent at least once.
   [[nodiscard]] std::uint32_t progress() const { return progress_; }
+  /// Requested data that were not sent again yet.
   [[nodiscard]] const SegmentList& gaps() const { return gaps_; }
   [[nodiscard]] const SenderCounts& counts() const { return counts_; }
 
@@ -121,10 +124,10 @@ class Sender {
   bool owes_prompt_ = false;
   bool eof_acknowledged_ = false;
   bool shown_ = false;              ///< the receiver works on this file
-  bool held_finished_ = false;      ///< it reported delivered before it showed that
+  bool held_finished_ = false;      ///< the receiver reported the file as retained before `shown_` was true
   std::uint32_t over_answers_ = 0;  ///< reports that the transaction is over
   std::uint32_t owed_metadata_ = 0;
-  std::uint32_t repeats_ = 0;
+  std::uint32_t repeats_ = 0;  ///< EOFs and prompts since the last PDU of the receiver
   std::uint32_t progress_ = 0;
   std::uint32_t cancel_checksum_ = 0;
   TimeNs deadline_ns_ = 0;

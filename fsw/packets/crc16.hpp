@@ -22,7 +22,7 @@ constexpr std::array<std::uint16_t, 256> make_crc16_table() {
 inline constexpr auto crc16_table = make_crc16_table();
 }  // namespace detail
 
-/// Pass the previous result as `start` to continue over further bytes.
+/// Returns the CRC of `bytes`. To continue over further bytes, pass the previous result as `start`.
 [[nodiscard]] constexpr std::uint16_t crc16(std::span<const std::uint8_t> bytes, std::uint16_t start = 0xFFFF) {
   unsigned value = start;
   for (const std::uint8_t byte : bytes) {

@@ -9,11 +9,11 @@ namespace ilp {
 
 using HmacSha256 = std::array<std::uint8_t, 32>;
 
-/// The code of the concatenated parts.
+/// Returns the code of the concatenated parts.
 [[nodiscard]] HmacSha256 hmac_sha256(std::span<const std::uint8_t> key,
                                      std::span<const std::span<const std::uint8_t>> parts);
 
-/// Compares in a time that does not depend on the content.
+/// Returns whether `a` equals `b`. The time that this takes depends on the sizes only.
 [[nodiscard]] bool equal_in_constant_time(std::span<const std::uint8_t> a, std::span<const std::uint8_t> b);
 
 }  // namespace ilp

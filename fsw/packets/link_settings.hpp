@@ -1,4 +1,4 @@
-// The form of this flight's packets: application, widths of fields, time. It is fixed from one start to the next.
+// The form of this flight's packets: APID, widths of fields and time code. It changes only at a start.
 #pragma once
 
 #include "cfg/mission.hpp"

@@ -9,13 +9,13 @@ namespace ilp {
 
 struct MessageInfo {
   std::uint8_t service, subtype;
-  bool telecommand;    ///< telecommand; otherwise telemetry
+  bool telecommand;    ///< false: telemetry
   const char* name;    ///< name in the standard
   const char* layout;  ///< layout of the application or source data; widths w(...) are those of the tailoring
   const char* remark;
 };
 
-/// In the order of service and subtype.
+/// All messages, in ascending order of service and subtype.
 [[nodiscard]] std::span<const MessageInfo> message_table();
 
 }  // namespace ilp

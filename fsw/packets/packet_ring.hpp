@@ -10,7 +10,7 @@
 
 namespace ilp {
 
-/// The length field in front of each packet.
+/// Size of the length field in front of each packet.
 inline constexpr std::size_t packet_ring_length_bytes = 4;
 
 template <std::size_t Capacity>
@@ -19,7 +19,7 @@ class PacketRing {
   [[nodiscard]] bool empty() const { return used_ == 0; }
   void clear() { used_ = first_ = 0; }
 
-  /// Returns false, without taking the packet, when there is no room for it.
+  /// Appends the packet. Returns false and changes nothing when it does not fit.
   [[nodiscard]] bool push(std::span<const std::uint8_t> packet) {
     if (packet.size() > Capacity || Capacity - used_ < packet.size() + packet_ring_length_bytes) return false;
     for (std::size_t i = 0; i < packet_ring_length_bytes; ++i) put(static_cast<std::uint8_t>(packet.size() >> (8 * i)));
@@ -27,8 +27,8 @@ class PacketRing {
     return true;
   }
 
-  /// Takes the oldest packet. `not_ready` when there is none. `capacity_exceeded` when `out` is too small: `out` gets
-  /// its first bytes, `bytes` its length, and the packet is lost.
+  /// Takes the oldest packet; `bytes` gets its length. Returns `not_ready` when there is none. Returns
+  /// `capacity_exceeded` when `out` is too small: `out` then gets the packet's first bytes, and the packet is lost.
   Status pop(std::span<std::uint8_t> out, std::size_t& bytes) {
     bytes = 0;
     if (empty()) return StatusCode::not_ready;

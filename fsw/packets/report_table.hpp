@@ -11,7 +11,7 @@
 
 namespace ilp {
 
-/// The source of a report's values: its own, by its name, or those of a record.
+/// The source of a report's values: a struct of the report's name, or a record.
 enum class ReportSource : std::uint8_t {
 #define REPORT_OF_VALUES(id, name, ...) name,
 #include "fsw/packets/reports.inc"
@@ -23,19 +23,20 @@ enum class ReportSource : std::uint8_t {
 // The rows.
 #include "fsw/packets/reports.inc"
 
-/// A report is its fields in table order, big-endian, without padding, `repeats` times; texts and blobs are left out.
+/// A report contains its fields `repeats` times, in the order of the table, big-endian and without padding. Texts and
+/// blobs are left out.
 struct ReportInfo {
   std::uint8_t id;  ///< permanent SID; below report_id_limit
   const char* name;
   const char* description;
   ReportSource source;
-  RecordType record;  ///< for `first` and `newest`
+  RecordType record;  ///< for ReportSource::first and newest
   const FieldInfo* fields;
   std::uint16_t field_count;
   std::uint16_t repeats;
 };
 
-/// Sorted by the order of sending when several are due.
+/// All reports, in the order in which they are sent when several are due.
 [[nodiscard]] std::span<const ReportInfo> report_table();
 inline constexpr std::uint8_t report_ids[] = {
 #define REPORT_OF_VALUES(id, ...) (id),
@@ -43,7 +44,7 @@ inline constexpr std::uint8_t report_ids[] = {
 #include "fsw/packets/reports.inc"
 };
 inline constexpr std::size_t report_count = std::size(report_ids);
-/// SIDs are below it.
+/// All SIDs are below this limit.
 inline constexpr std::size_t report_id_limit = 64;
 /// Returns the null pointer when no report has this SID.
 [[nodiscard]] const ReportInfo* find_report(std::uint64_t id);
@@ -51,9 +52,9 @@ inline constexpr std::size_t report_id_limit = 64;
 [[nodiscard]] constexpr bool is_reported(const FieldInfo& field) {
   return field.type != FieldType::text && field.type != FieldType::blob;
 }
-/// Octets of its values, after the SID.
+/// Number of octets of the report's values, without the SID.
 [[nodiscard]] std::size_t report_bytes(const ReportInfo& report);
-/// Writes the fields of one struct.
+/// Appends the reported fields of the struct at `values`, once.
 void write_report_values(const ReportInfo& report, const void* values, ByteWriter& out);
 
 }  // namespace ilp

@@ -16,17 +16,17 @@ inline constexpr std::uint8_t service = 5;
 inline constexpr std::uint8_t informative = 1, enable = 5, disable = 6, report_disabled = 7, disabled = 8;
 }  // namespace event_reporting
 
-/// Events by their StatusCode. `all`: the tailoring has no list, so every event is meant.
 struct EventList {
-  FixedVector<std::uint32_t, limits::max_event_list> ids;
-  bool all = false;
+  FixedVector<std::uint32_t, limits::max_event_list> ids;  ///< numbers of StatusCode
+  bool all = false;                                        ///< every event: the tailoring's telecommand has no list
 };
 
-/// TC[5,5] and [5,6]: `request_malformed` (a = offset), `capacity_exceeded`.
+/// Decodes TC[5,5] or [5,6]. Returns `request_malformed` (first value: offset in `data`) if the list is cut, is empty
+/// or is followed by further octets, and `capacity_exceeded` if it is too long.
 Status decode_event_list(const Tailoring& tailoring, std::span<const std::uint8_t> data, EventList& list);
-/// TM[5,8].
+/// Appends the data of TM[5,8].
 void encode_disabled_events(const Tailoring& tailoring, std::span<const std::uint32_t> ids, ByteWriter& out);
-/// TM[5,1] to [5,4]: the event and its auxiliary data.
+/// Appends the data of TM[5,1] to [5,4]: event and auxiliary data.
 void encode_event(const Tailoring& tailoring, std::uint32_t id, std::span<const std::uint8_t> auxiliary,
                   ByteWriter& out);
 

@@ -23,11 +23,12 @@ struct FunctionCall {
   std::span<const std::uint8_t> arguments;
 };
 
-/// TC[8,1]. `request_malformed` for less than a name, or a name with octets after its first zero.
+/// Decodes TC[8,1]. Returns `request_malformed` if the name is cut short or has an octet other than 0 after a zero.
 Status decode_function(std::span<const std::uint8_t> data, FunctionCall& call);
 void encode_function(const FunctionCall& call, ByteWriter& out);
 
-/// TC[17,3] and TM[17,4], which have the same content. `request_malformed`.
+/// Decodes TC[17,3] or TM[17,4], which have the same content: an APID. Returns `request_malformed` if the data are no
+/// two octets.
 Status decode_connection(std::span<const std::uint8_t> data, std::uint16_t& application);
 
 }  // namespace ilp

@@ -22,14 +22,15 @@ struct ReportInterval {
 using ReportList = FixedVector<std::uint64_t, limits::max_list_items>;
 using IntervalList = FixedVector<ReportInterval, limits::max_list_items>;
 
-/// TC[3,5], [3,6], [3,27]. `request_malformed` (a = offset) for a list that is cut, is empty or is followed by further
-/// octets; `capacity_exceeded`.
+/// Decodes TC[3,5], [3,6] or [3,27]. Returns `request_malformed` (first value: offset in `data`) if the list is cut, is
+/// empty or is followed by further octets, and `capacity_exceeded` if it is too long.
 Status decode_report_list(const Tailoring& tailoring, std::span<const std::uint8_t> data, ReportList& list);
 void encode_report_list(const Tailoring& tailoring, const ReportList& list, ByteWriter& out);
-/// TC[3,31]; also `invalid_argument` for an interval that is no time.
+/// Decodes TC[3,31]; intervals are rounded to milliseconds. As decode_report_list; also returns `invalid_argument` for
+/// an interval that is negative, not a number, or above 2^32 - 1 ms.
 Status decode_interval_list(const Tailoring& tailoring, std::span<const std::uint8_t> data, IntervalList& list);
 void encode_interval_list(const Tailoring& tailoring, const IntervalList& list, ByteWriter& out);
-/// The head of TM[3,25]; the values of the report's definition follow.
+/// Appends the head of TM[3,25]. The caller appends the values of the report.
 void encode_report_id(const Tailoring& tailoring, std::uint64_t report_id, ByteWriter& out);
 
 }  // namespace ilp

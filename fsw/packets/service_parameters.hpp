@@ -18,12 +18,14 @@ inline constexpr std::uint8_t report = 1, values = 2, set = 3;
 
 using ParameterList = FixedVector<std::uint32_t, limits::max_list_items>;
 
-/// TC[20,1]: `request_malformed` (a = offset), `capacity_exceeded`.
+/// Decodes TC[20,1]. Returns `request_malformed` (first value: offset in `data`) if the list is cut, is empty or is
+/// followed by further octets, and `capacity_exceeded` if it is too long.
 Status decode_parameter_list(const Tailoring& tailoring, std::span<const std::uint8_t> data, ParameterList& list);
 
-/// Reads a number of a type with one element, big-endian: u8 to f64.
+/// Reads one big-endian number of `type`.
 [[nodiscard]] double read_value(FieldType type, ByteReader& in);
-/// Whole numbers are rounded to the nearest and limited to their type.
+/// Appends one big-endian number of `type`: u8, u16, u32, f32 or f64. Integers are rounded to the nearest and clamped
+/// to the range of the type.
 void write_value(FieldType type, double value, ByteWriter& out);
 
 }  // namespace ilp

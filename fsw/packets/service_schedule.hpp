@@ -31,17 +31,18 @@ struct ScheduleItem {
   std::uint32_t sub_schedule = 0;
   std::uint32_t group = 0;
   UtcNs release = 0;
-  std::span<const std::uint8_t> packet;  ///< a whole telecommand; empty in summaries
-  ScheduledId id;                        ///< in summaries
+  std::span<const std::uint8_t> packet;  ///< one complete telecommand; empty in summaries
+  ScheduledId id;                        ///< only in summaries
 };
 
-/// Reads TC[11,4] item by item. The header of a packet gives its length; its content is not checked.
+/// Reads TC[11,4] item by item. Of each contained telecommand only the length is read; its content is not checked.
 class InsertReader {
  public:
   InsertReader(const Tailoring& tailoring, std::span<const std::uint8_t> data);
-  /// Returns false at the end, and at a fault, which `status` gives: `request_malformed` (a = offset), the faults of
-  /// times.
+  /// Reads the next item. Returns false at the end and at a fault; status() then gives `request_malformed` (first
+  /// value: offset in the data) or the fault of decode_time.
   bool next(ScheduleItem& item);
+  /// Number of items that the request announces.
   [[nodiscard]] std::uint32_t count() const { return count_; }
   [[nodiscard]] const Status& status() const { return status_; }
 
@@ -54,23 +55,28 @@ class InsertReader {
   Status status_;
 };
 
-/// Head and items of TC[11,4].
+/// Appends the head of TC[11,4]; `count` items follow.
 void encode_insert_head(const Tailoring& tailoring, std::uint32_t sub_schedule, std::size_t count, ByteWriter& out);
+/// Appends one item of TC[11,4]. Returns `time_out_of_range` if the tailoring cannot hold the release time.
 Status encode_insert_item(const Tailoring& tailoring, const ScheduleItem& item, ByteWriter& out);
 
-/// TC[11,5]. `request_malformed` (a = offset), `capacity_exceeded`.
+/// Decodes TC[11,5], or another request that is a list of identifiers. Returns `request_malformed` (first value: offset
+/// in `data`) if the list is cut, is empty or is followed by further octets, and `capacity_exceeded` if it is too long.
 Status decode_scheduled_ids(const Tailoring& tailoring, std::span<const std::uint8_t> data, ScheduledIdList& ids);
-/// TC[11,7] with an offset in milliseconds and requests, or TC[11,15] with the offset alone.
+/// Decodes TC[11,7]: `ms` is the shift of the release times, ms. Returns the faults of decode_scheduled_ids.
 Status decode_shift(const Tailoring& tailoring, std::span<const std::uint8_t> data, std::int32_t& ms,
                     ScheduledIdList& ids);
+/// Decodes TC[11,15]: the shift of all release times, ms. Returns `request_malformed` if the data are no four octets.
 Status decode_shift_all(std::span<const std::uint8_t> data, std::int32_t& ms);
 
-/// TM[11,13] and TM[11,10]: a count, then items.
+/// Appends the head of TM[11,13] and TM[11,10]; `count` items follow.
 void encode_report_head(const Tailoring& tailoring, std::size_t count, ByteWriter& out);
+/// Appends one item of TM[11,13]: release time and identifier.
 Status encode_summary_item(const Tailoring& tailoring, const ScheduleItem& item, ByteWriter& out);
+/// Appends one item of TM[11,10]: release time and telecommand.
 Status encode_detail_item(const Tailoring& tailoring, const ScheduleItem& item, ByteWriter& out);
 
-/// The identifier from the headers of the request itself.
+/// The identifier of a telecommand, from its headers.
 [[nodiscard]] ScheduledId scheduled_id(const Telecommand& request);
 
 }  // namespace ilp

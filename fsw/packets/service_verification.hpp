@@ -17,14 +17,14 @@ inline constexpr std::uint8_t acceptance = 1, acceptance_failed = 2, start = 3, 
 
 struct VerificationReport {
   std::uint8_t subtype = verification::acceptance;
-  std::uint32_t request = 0;  ///< the first four octets of the telecommand
-  std::uint32_t step = 0;     ///< of progress reports
-  std::uint32_t code = 0;     ///< of failures: StatusCode
-  std::span<const std::uint8_t> failure_data;
+  std::uint32_t request = 0;                   ///< the first four octets of the telecommand
+  std::uint32_t step = 0;                      ///< only in reports of progress
+  std::uint32_t code = 0;                      ///< number of StatusCode; only in reports of failures
+  std::span<const std::uint8_t> failure_data;  ///< only in reports of failures
 };
 
 void encode_verification(const Tailoring& tailoring, const VerificationReport& report, ByteWriter& out);
-/// `request_malformed` (a = offset).
+/// Decodes a report of `subtype`. Returns `request_malformed` (first value: offset in `data`) if the length is wrong.
 Status decode_verification(const Tailoring& tailoring, std::uint8_t subtype, std::span<const std::uint8_t> data,
                            VerificationReport& report);
 

@@ -1,4 +1,4 @@
-// Numbers and stamps telemetry packets, and keeps them until they can be sent.
+// Numbers telemetry packets, gives them their time, and keeps them until they can be sent.
 #pragma once
 
 #include <array>
@@ -13,38 +13,40 @@
 
 namespace ilp {
 
-/// Packets are sent in the order in which they were made. Those that the router does not take wait in a ring of
-/// limits::telemetry_ring_bytes. When it is full the oldest are lost, which leaves a gap in the sequence counts.
-/// Destination 0 is everybody: housekeeping and events.
+/// Packets are sent in the order in which they were made. Packets that the router does not take wait in a ring of
+/// limits::telemetry_ring_bytes. When the ring is full the oldest packets are lost, which leaves a gap in the sequence
+/// counts. Housekeeping and events have destination 0, which addresses every receiver.
 class TelemetryWriter {
  public:
   TelemetryWriter(PacketRouter& router, Clock& clock, const MissionParameters& mission);
 
-  /// Takes [link] from the present mission parameters, and counts from 0 again.
+  /// Takes [link] from the present mission parameters, and resets the sequence count and the message counts to 0.
   void configure();
   [[nodiscard]] const LinkSettings& settings() const { return settings_; }
   [[nodiscard]] UtcNs now() const { return stamp(clock_.now()); }
-  /// The nearest UTC that the time format of the tailoring can hold.
+  /// Mission time as UTC, clamped to the range of the tailoring's time format.
   [[nodiscard]] UtcNs stamp(TimeNs mission) const {
     return nearest_time(settings_.tailoring.time, settings_.time.utc(mission));
   }
 
-  /// `capacity_exceeded` for source data that does not fit into limits::max_report_bytes.
+  /// Makes a packet of the source data and sends it, or keeps it until it can be sent. Without a link it does nothing.
+  /// Returns `capacity_exceeded` for a packet larger than limits::max_report_bytes.
   Status report(std::uint8_t service, std::uint8_t subtype, std::uint16_t destination,
                 std::span<const std::uint8_t> data);
   /// Passes packets to the router as long as it takes them. Call it in every minor frame.
   void flush();
 
+  /// Numbers of packets: sent and lost since the start, and waiting now.
   [[nodiscard]] std::uint32_t sent() const { return sent_; }
   [[nodiscard]] std::uint32_t lost() const { return lost_; }
   [[nodiscard]] std::uint32_t waiting() const { return waiting_; }
 
  private:
-  /// Message count of one type to one destination.
+  /// Message count of one type to one destination. The counter that was not used for the longest time is replaced.
   struct Counter {
-    std::uint32_t key = 0;  ///< destination, service, subtype
-    std::uint64_t used = 0;
-    std::uint16_t next = 0;
+    std::uint32_t key = 0;   ///< destination, service, subtype
+    std::uint64_t used = 0;  ///< value of uses_ at the latest use; 0: free
+    std::uint16_t next = 0;  ///< the next message count
   };
   std::uint16_t count(std::uint8_t service, std::uint8_t subtype, std::uint16_t destination);
   void push(std::span<const std::uint8_t> packet);

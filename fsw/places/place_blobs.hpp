@@ -1,4 +1,4 @@
-// The bytes of what a place keeps.
+// Sizes and byte views of the blobs of a place.
 #pragma once
 
 #include <cstddef>
@@ -10,10 +10,10 @@
 
 namespace ilp {
 
-/// All features come first, then the inverse depths of their ground.
+/// Bytes per feature in the blob, which has all features first and then the inverse depths of their ground.
 inline constexpr std::size_t bytes_per_feature = sizeof(PlaceFeature) + sizeof(float);
 
-/// One byte each.
+/// Number of cells, and of bytes in the blob: one per cell.
 inline std::size_t cell_count(const SeenCells& cells) {
   return static_cast<std::size_t>(cells.columns) * static_cast<std::size_t>(cells.rows);
 }

@@ -1,4 +1,4 @@
-// Compares a keyframe with places of earlier ones, and links it with those that show the same ground.
+// Compares a keyframe with places of earlier keyframes, and links it to those that show the same ground.
 #pragma once
 
 #include "fsw/places/place_recall.hpp"
@@ -10,7 +10,7 @@ class PlaceLinks : public PlacePart {
   PlaceLinks(const PlaceWiring& wiring, const Cursor& cursor, PlaceWork& work, PlaceWorkspace& workspace)
       : PlacePart(wiring, cursor, work, workspace), recall_(wiring, cursor, work, workspace) {}
 
-  // Slices: of the phases `search` and `compare`.
+  // One slice of the phase of this name.
   Status search();
   Status compare();
 

@@ -1,4 +1,4 @@
-// Takes ground that earlier keyframes have seen out of the mask of a keyframe.
+// Removes ground that earlier keyframes have seen from the mask of a keyframe.
 #pragma once
 
 #include "fsw/places/place_part.hpp"
@@ -9,14 +9,15 @@ class PlaceMarks : public PlacePart {
  public:
   using PlacePart::PlacePart;
 
-  // Slices: of the phases `narrow` and `cut`.
+  // One slice of the phases `narrow` and `cut`.
   Status mark_known_ground();
   Status cut_mask();
 
  private:
   Status load_seen(std::int64_t keyframe_id, SeenCells& cells);
   Status load_mask();
-  /// Each of these marks by one keyframe, the first after `left` of those that count; false if there are not so many.
+  /// This function and the mark_by functions below mark ground that one earlier keyframe has seen: the keyframe with
+  /// index `left` in their list. If the list is shorter, they subtract its length from `left` and return false.
   Result<bool> mark_by(const LinkRecord& link, std::size_t& left);
   Result<bool> mark_by_one_of(const NearPlaces& near, const Similarity& cam_from_strip, double error_px,
                               std::size_t& left);

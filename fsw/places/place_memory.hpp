@@ -1,5 +1,5 @@
-// Knows ground again that an earlier keyframe of the flight has seen: Depth -> Place, Link, Tie, and the mask of new
-// ground (docs/one-map.md).
+// Place recognition: recognises ground that an earlier keyframe of the flight has seen. Depth -> Place, Link, Tie, and
+// the mask of new ground (docs/one-map.md).
 #pragma once
 
 #include "fsw/places/place_links.hpp"
@@ -9,11 +9,12 @@
 namespace ilp {
 
 /// Every keyframe with a depth record gets a place, in the order of keyframes. First its features are compared with
-/// those of earlier keyframes: of those that stand near it in what is tied together, and of those that look like it.
-/// A keyframe that shows the same ground gets a link. Where links or strips lead to keyframes that have seen ground at
-/// least as well, it leaves the mask of new ground. A keyframe whose image or maps cannot be read gets a place without
-/// features, and its mask stays as it is. After a start the places on record are read into memory before the next
-/// keyframe. A place that cannot be read then is erased. There are never more than have room (place_capacity.hpp).
+/// those of earlier keyframes: keyframes that are near it in tied strips, and keyframes with a similar appearance. A
+/// keyframe that shows the same ground gets a link. Ground that earlier keyframes, found by links or in the same strip,
+/// have seen at least as well is removed from the mask of new ground. A keyframe whose image or maps cannot be read
+/// gets a place without features, and its mask is not changed. After a start all places are read from the store into
+/// memory before the next keyframe is processed; a place that cannot be read is erased. The number of places is limited
+/// (place_capacity.hpp).
 class PlaceMemory final : public StageComponent<ComponentId::place_memory> {
  public:
   static const CheckpointForm checkpoint;

@@ -1,4 +1,4 @@
-// What PlaceMemory keeps, and what every part of its work has: what it recalls, links, the mask of new ground.
+// The data of PlaceMemory, and the base class of its parts: recall, links, and the mask of new ground.
 #pragma once
 
 #include "cfg/mission.hpp"
@@ -23,7 +23,8 @@ namespace ilp {
 using PlaceTables = StageStore<ComponentId::place_memory>;
 using PlaceStepScratch = StepScratch<PlaceScratch, PlaceQueryWorkspace, LinkGeometryWorkspace>;
 
-/// Keyframes of a strip that the chain of pairs relates to each other, and whose ground its coverage knows.
+/// Number of successive keyframes of a strip that are well connected by their pairs, and whose ground is in the
+/// coverage.
 inline constexpr std::int64_t chained_keyframes = 8;
 
 enum class PlacePhase : std::uint8_t { recall, idle, load, features, patches, search, compare, narrow, cut, record };
@@ -34,29 +35,29 @@ struct PlaceWiring {
   PlaceStepScratch scratch;
 };
 struct PlaceState {
-  std::int64_t bare_id = 0;  ///< newest place without features: its record goes with the next one
-  StripLinks links;          ///< of the newest strip
+  std::int64_t bare_id = 0;  ///< newest place without features: its record is erased with the next one
+  StripLinks links;          ///< links of the newest strip
 };
 struct PlaceWork {
   Patience patience;
   CameraModel camera;
-  // The keyframe at work; a restart drops it.
+  // The keyframe that is processed; a restart discards it.
   PlacePhase phase = PlacePhase::recall;
   std::int64_t recalled_id = 0;
   DepthRecord depth;
-  MaskRecord mask;  ///< id 0: it is gone
+  MaskRecord mask;  ///< id 0: there is no mask any more
   KeyframeRecord keyframe;
   PoseRecord pose;
   double ground_distance = 0;
   FixedVector<std::uint16_t, 3 * limits::max_place_candidates> candidates;
   std::size_t compared = 0;
-  bool keeps = false;  ///< the search for features goes on in the step's memory
+  bool keeps = false;  ///< the search for features continues in the shared memory
   FixedVector<LinkRecord, static_cast<std::size_t>(limits::max_links_per_keyframe)> links;
   std::array<FixedVector<LinkPoint, limits::max_link_points>, static_cast<std::size_t>(limits::max_links_per_keyframe)>
-      link_points{};  ///< of each link
+      link_points{};  ///< points of each link
   Status drift;
-  std::uint32_t known_before = 0;  ///< pixels that leave the mask
-  std::size_t marked = 0;          ///< slices that have marked known ground, then those that have cut it out
+  std::uint32_t known_before = 0;  ///< number of pixels that were removed from the mask
+  std::size_t marked = 0;          ///< number of slices that have marked known ground, then of those that removed it
   bool mask_loaded = false;        ///< the image holds the mask
   bool mask_changed = false;
 };
@@ -73,14 +74,14 @@ struct PlaceWorkspace {
   FrameImage image;  ///< first the keyframe's image, then its mask
   std::array<std::uint8_t, max_mask_bytes(limits::max_image_pixels)> mask_bytes{};
   PlaceState after;
-  // What is remembered: all of it follows from the records `place`.
+  // The memory of places, which follows from the records `place`.
   PlaceTable table;
   PlaceIndex index;
 };
 
 /// The inverse depth of the cell at a pixel; 0 where there is no ground.
 [[nodiscard]] float depth_at(const CellDepths& depths, const SeenCells& cells, float x, float y);
-/// A pose that a record may hold. What a flipped bit has made of it must not reach the masks of other keyframes.
+/// Whether the values are possible for a pose. A pose with a flipped bit must not affect the masks of other keyframes.
 [[nodiscard]] bool is_pose(const PoseRecord& pose);
 
 class PlacePart {
@@ -93,10 +94,15 @@ class PlacePart {
   PlacePart(const PlaceWiring& wiring, const Cursor& cursor, PlaceWork& work, PlaceWorkspace& workspace)
       : wiring_(wiring), cursor_(cursor), work_(work), workspace_(workspace) {}
 
+  /// Reads the pose of a keyframe, from its place if the pose record is gone.
   Status measured(std::int64_t keyframe_id, PoseRecord& pose);
+  /// Whether the keyframe has a small overlap with the one before it, or no final pose.
   [[nodiscard]] bool weakly_connected() const;
+  /// The first keyframe whose ground is in the coverage of the strip.
   [[nodiscard]] std::int64_t first_chained() const;
+  /// The first keyframe with which this one is not compared, because their pairs connect them well.
   [[nodiscard]] std::int64_t first_too_recent() const;
+  /// The number of features that the keyframe gets.
   [[nodiscard]] std::size_t features_wanted() const;
 
  protected:

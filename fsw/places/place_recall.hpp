@@ -1,4 +1,4 @@
-// What the memory of places reads of its records, after a start or to compare, and what it forgets.
+// Reads places from the store, after a start or for a comparison, and erases places.
 #pragma once
 
 #include "fsw/places/place_part.hpp"
@@ -13,7 +13,7 @@ class PlaceRecall : public PlacePart {
   static RememberedPlace entry_of(const PlaceRecord& place);
   void fill_vocabulary(std::size_t through_slot);
   Result<bool> read_features(const PlaceRecord& place);
-  /// False where its features cannot be read.
+  /// Reads a place into memory. Returns false if its features cannot be read.
   Result<bool> recall_place(const PlaceRecord& place);
   Status recall();
   Status erase_place(std::int64_t id);

@@ -1,4 +1,5 @@
-// Codes only what is newly seen, within the granted bytes: Richness -> Product (paper 4.2; decisions.md, 11).
+// Compresses the newly seen part of keyframes within the granted bytes: Richness -> Product (paper 4.2; decisions.md,
+// 11).
 #pragma once
 
 #include <array>
@@ -20,18 +21,18 @@
 
 namespace ilp {
 
-/// A keyframe has two products: its image, with the newly seen part as region of interest, and its inverse depth inside
-/// that part. Each is a JP2 file with a metadata box that describes it. The quality of each layer is measured. Two
-/// steps load one product's image and maps and order it from the worker, and later ones ask for it and write it. The
-/// image comes last and completes the keyframe: where the image is on record, so is the depth if there is one. The
-/// scheme of an image depends on the rank of its index among those before it; if the checkpoint is older than the
-/// products, these keyframes are missing there. If the mask cannot be read the image is coded whole. A product whose
-/// own input cannot be read is on record as dropped, as is one whose job is stuck.
+/// A keyframe has two products: its inverse depth inside the newly seen part, and its image with this part as region of
+/// interest. Each is a JP2 file with a metadata box that describes it. The quality of each layer is measured. Two steps
+/// load the input of a product and order it from the worker; later steps ask for the result and write it. The image is
+/// the last product of a keyframe: when it is on record, so is the depth map if there is one. The scheme of an image
+/// depends on the rank of its index among those before it. If the checkpoint is older than the products, the indices of
+/// these keyframes are missing in the ranks. If the mask cannot be read the image is coded without a region. A product
+/// whose own input cannot be read, or whose job is stuck, is on record as dropped.
 class Compressor final : public StageComponent<ComponentId::compressor> {
  public:
   static const CheckpointForm checkpoint;
 
-  /// What a step reads to order a product.
+  /// The input of a product, which a step reads before it orders the product.
   struct Loaded {
     FrameImage image;
     MapBuffers maps;
@@ -39,11 +40,11 @@ class Compressor final : public StageComponent<ComponentId::compressor> {
   };
   using Scratch = StepScratch<Loaded>;
 
-  /// Without a worker the jobs are run in the step that orders them. `worker` is for this component alone, and outlives
-  /// it or takes no job.
+  /// If `worker` is null, a job runs in the step that orders it. `worker` must be used by this component only, and must
+  /// outlive it, unless it takes no jobs.
   Compressor(Tables store, const MissionParameters& mission, Scratch scratch, Worker* worker = nullptr);
 
-  /// The worker is stuck in a job: only a new process makes products again.
+  /// The worker is stuck in a job: only a new process can make products again.
   [[nodiscard]] bool worker_stuck() const { return work_.stuck; }
 
   Status restore() override;
@@ -60,11 +61,11 @@ class Compressor final : public StageComponent<ComponentId::compressor> {
     Worker* worker;
   };
   struct State {
-    IndexRanks ranks;  ///< of the keyframes whose image is done
+    IndexRanks ranks;  ///< indices of the keyframes whose image is done
   };
-  /// The product that is made.
+  /// The product that is being made.
   struct Order {
-    Cursor after;           ///< once it is written
+    Cursor after;           ///< the cursor after the product is written
     ProductRecord product;  ///< as ordered
     bool unrated = false;   ///< the richness record is damaged
     bool image = false;
@@ -73,11 +74,11 @@ class Compressor final : public StageComponent<ComponentId::compressor> {
     Patience patience;
     ProductSubject subject;
     Order order;
-    bool loaded = false;       ///< what the order needs is in the step's memory
-    bool handed_over = false;  ///< Workspace::coding may be the worker's
-    bool wanted = false;       ///< its result is that of the order
-    bool stuck = false;
-    std::uint32_t coded_mask_checksum = 0;  ///< of the code of the mask in Workspace::coding; 0: it is of no code
+    bool loaded = false;                    ///< the input of the order is in the shared memory
+    bool handed_over = false;               ///< the worker may be using Workspace::coding
+    bool wanted = false;                    ///< the worker's result belongs to the order
+    bool stuck = false;                     ///< see worker_stuck()
+    std::uint32_t coded_mask_checksum = 0;  ///< checksum_of_mask() of the mask in Workspace::coding; 0: none
     double interval_s = 0, mean_interval_s = 0;
   };
   struct Workspace {

@@ -1,4 +1,4 @@
-// The running distribution of the richness indices of a flight.
+// The distribution of the richness indices of a flight so far.
 #pragma once
 
 #include <array>
@@ -7,18 +7,18 @@
 
 namespace ilp {
 
-/// Indices lie close together: a rank says how interesting an image is among those of its flight, where the index
-/// itself cannot. The indices are counted in bins. When there are `most_images` of them all counts are halved, so that
-/// ground seen long ago fades.
+/// The indices of a flight may differ little; a rank shows how interesting an image is compared with the others.
+/// Indices are counted in bins. When their number reaches `most_images`, all counts are halved, so that old indices
+/// lose weight.
 class IndexRanks {
  public:
   static constexpr std::size_t bins = 256;
-  /// With fewer images every index ranks in the middle.
+  /// With fewer images every rank is 0.5.
   static constexpr std::uint32_t fewest_images = 10;
   static constexpr std::uint32_t most_images = 4096;
 
   void add(double index);
-  /// The share of the images with a lower index, those of the same bin counting half; 0 to 1.
+  /// The share of images with a lower index, 0 to 1. Images in the same bin count half.
   [[nodiscard]] double rank(double index) const;
 
  private:

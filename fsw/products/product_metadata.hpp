@@ -1,4 +1,4 @@
-// The metadata box of a product, which describes the file if everything else was lost.
+// Writes the metadata box of a product, which describes the file even if everything else is lost.
 #pragma once
 
 #include <cstddef>
@@ -23,17 +23,18 @@ struct ProductSubject {
   CameraModel camera;
 };
 
-/// Writes lines as in metadata.hpp. `sigma_map` and the depth's coding are for depth only. The quality of the layers is
-/// written as zeros until it is known. `bytes` returns the size. `capacity_exceeded` when the lines do not fit.
+/// Writes the metadata as lines (metadata.hpp); `bytes` gets their size. `sigma_map` and the coding of depth are
+/// written for depth only. The quality of the layers is written as zeros, because it is not known yet. Returns
+/// `capacity_exceeded` if the lines do not fit.
 Status write_product_metadata(const ProductRecord& product, const ProductSubject& subject,
                               const MissionParameters& mission, std::string_view sigma_map, std::span<std::uint8_t> out,
                               std::size_t& bytes);
 
-/// Writes the layers' quality into the metadata of `file`, whose size stays the same. Numbers are rounded to the worse
-/// side. `not_found` without the line that write_product_metadata reserves for it.
+/// Writes the quality of the layers into the metadata of `file`, whose size does not change. Numbers are rounded
+/// towards lower quality. Returns `not_found` if the line that write_product_metadata reserves is missing.
 Status fill_in_layer_quality(const ProductRecord& product, std::span<std::uint8_t> file);
 
-/// CRC-32 of all parameters' values, in the order of their table.
+/// CRC-32 of the values of all parameters, in the order of their table.
 [[nodiscard]] std::uint32_t parameters_fingerprint(const MissionParameters& mission);
 
 }  // namespace ilp

@@ -1,4 +1,5 @@
-// The interest of the newly seen part of a keyframe: Depth and Mask -> Richness (paper 4.1; decisions.md, 10).
+// Computes the Image Richness Index of the newly seen part of a keyframe: Depth and Mask -> Richness (paper 4.1;
+// decisions.md, 10).
 #pragma once
 
 #include "cfg/mission.hpp"
@@ -12,12 +13,11 @@
 
 namespace ilp {
 
-/// The weights of this mission.
+/// The weights of the index from the mission parameters.
 [[nodiscard]] RichnessParams richness_params(const MissionParameters& mission);
 
-/// Processes one keyframe at a time, in slices: its image, its maps, the depths in them, and its cues. A keyframe whose
-/// image or maps cannot be read is rated 0. If the checkpoint is older than the records, the history
-/// misses those keyframes.
+/// Processes one keyframe at a time, in slices: image, maps, depths, cues. A keyframe whose image or maps cannot be
+/// read gets the index 0. If the checkpoint is older than the records, those keyframes are missing in the history.
 class RichnessScorer final : public StageComponent<ComponentId::richness_scorer> {
  public:
   static const CheckpointForm checkpoint;
@@ -56,7 +56,7 @@ class RichnessScorer final : public StageComponent<ComponentId::richness_scorer>
   struct Work {
     Patience patience;
     CameraModel camera;
-    // The keyframe at work; a restart drops it.
+    // The keyframe that is processed; a restart discards it.
     DepthRecord depth;
     MaskRecord mask;
     RichnessRecord record;

@@ -1,4 +1,5 @@
-// Descriptions of records: a table of fields for each record, made from the rows of fsw/records/records.inc.
+// Types that describe records and their fields. The rows of fsw/records/records.inc give one table of fields per
+// record.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +13,7 @@ namespace ilp {
 
 enum class FieldType : std::uint8_t { u8, u16, u32, i32, i64, f32, f64, text, blob };
 
-/// Bytes of one element, in memory and in the serial form; a blob counts as its size field.
+/// Bytes of one element, in memory and in the serial form. For a blob they are those of its size field.
 [[nodiscard]] constexpr std::size_t element_bytes(FieldType type) {
   switch (type) {
     case FieldType::u8:
@@ -32,7 +33,7 @@ enum class FieldType : std::uint8_t { u8, u16, u32, i32, i64, f32, f64, text, bl
   return 1;
 }
 
-/// A column whose bytes are in the store only; the struct holds their number. They are read and written in pieces.
+/// A column whose bytes are only in the store, where they are read and written in parts. The struct has their number.
 struct Blob {
   std::uint32_t bytes = 0;
 };
@@ -40,14 +41,14 @@ struct Blob {
 struct FieldInfo {
   const char* name;
   FieldType type;
-  std::uint16_t offset;  ///< bytes into the struct
-  std::uint16_t count;   ///< array elements; for text the capacity in bytes, terminator included
+  std::uint16_t offset;  ///< offset in the struct, bytes
+  std::uint16_t count;   ///< number of array elements; for text the capacity in bytes, terminator included
   const char* unit;      ///< "" for pure numbers
   const char* description;
-  EnumValues values;  ///< of an enumeration; otherwise empty
+  EnumValues values;  ///< rows of the enumeration; empty for other fields
 };
 
-/// In the order of fsw/records/records.inc.
+/// The tables of the store, in the order of fsw/records/records.inc.
 enum class RecordType : std::uint8_t {
 #define RECORD(number, record, name, ...) name = (number),
 #include "fsw/records/records.inc"
@@ -64,10 +65,10 @@ template <typename... Types>
   return mask_of(first) | (mask_of(rest) | ... | RecordMask{0});
 }
 
-/// After which number ids begin in a later store epoch.
+/// The number after which the ids of a table begin in a later store epoch.
 enum class Numbering : std::uint8_t {
   by_record,   ///< IdentityRecord::record_base
-  by_keyframe  ///< IdentityRecord::keyframe_base: it counts keyframes or strips
+  by_keyframe  ///< IdentityRecord::keyframe_base, for tables whose ids are numbers of keyframes or strips
 };
 
 /// The first field of every record is `std::int64_t id`, its primary key, at offset 0.
@@ -83,7 +84,8 @@ struct RecordInfo {
 
 namespace detail {
 
-/// A yes or no is a Flag. `bool` has no field type, because an octet from a file or a link may be neither 0 nor 1.
+/// The field type of a member's type. `bool` has none, because an octet from a file or a link may be neither 0 nor 1; a
+/// Flag replaces it.
 template <typename T>
 constexpr FieldType field_type() {
   using E = std::remove_cv_t<std::remove_all_extents_t<T>>;

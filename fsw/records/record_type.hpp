@@ -1,4 +1,4 @@
-// The table of a record, as a constant of its type.
+// The RecordType of a record struct, as a constant.
 #pragma once
 
 #include "fsw/records/records.hpp"
@@ -12,7 +12,7 @@ inline constexpr RecordType record_type = RecordType::count;
   inline constexpr RecordType record_type<record> = RecordType::name;
 #include "fsw/records/records.inc"
 
-/// The set of tables of some records.
+/// The set of the tables of these records.
 template <typename... Records>
 inline constexpr RecordMask tables_of = (RecordMask{0} | ... | mask_of(record_type<Records>));
 

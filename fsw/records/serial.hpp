@@ -1,5 +1,6 @@
-// Records as bytes, in the layout of their field tables: every field little-endian in table order, text as its fixed
-// capacity, blobs as their 32-bit size (their bytes follow the record, in field order, where the carrier says so).
+// The serial form of records. The fields follow in the order of their table, little-endian and without padding. A text
+// has its full capacity. A blob is its size in 4 octets; its bytes follow the record, in the order of fields, if the
+// format of the file or message says so.
 #pragma once
 
 #include <cstddef>
@@ -11,10 +12,12 @@
 
 namespace ilp {
 
+/// Size of the serial form, without the bytes of blobs.
 [[nodiscard]] std::size_t serial_bytes(const RecordInfo& info);
-/// `capacity_exceeded` when `bytes` is smaller than serial_bytes.
+/// Writes a record. Returns `capacity_exceeded` if `bytes` is smaller than serial_bytes().
 Status serialize(const RecordInfo& info, const void* record, std::span<std::uint8_t> bytes);
-/// Total over hostile input: text is terminated, and any other bits are a number. `truncated` when bytes are missing.
+/// Reads a record. Any bytes are accepted: texts are terminated, and all other bits are numbers. Returns `truncated` if
+/// bytes are missing.
 Status deserialize(const RecordInfo& info, std::span<const std::uint8_t> bytes, void* record);
 
 }  // namespace ilp

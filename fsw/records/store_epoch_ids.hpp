@@ -1,4 +1,4 @@
-// The ranges of record ids of the store epochs of a flight. A store epoch is the content of one database.
+// The ranges of record ids in the store epochs of a flight. A store epoch is the content of one database.
 #pragma once
 
 #include <cstdint>

@@ -49,8 +49,8 @@ ILP_ENUMERATION(ScaleSource, (0, first_baseline, "the first baseline is one unit
 ILP_ENUMERATION(ReducedWork, (0, full, ""), (1, fewer_features, "fewer features"),
                 (2, coarser_stereo, "fewer features and coarser stereo"))
 
-/// The flight's verdict on the pose of a keyframe: that of the sequence, or `ambiguous` when the strip ended before a
-/// view decided between two motions over a plane. 6 is retired.
+/// Verdict on the pose of a keyframe: the SequenceVerdict, or `ambiguous` if the strip ended before a view decided
+/// between two motions over a plane. The number 6 is retired.
 ILP_ENUMERATION(PoseVerdict, (0, ok, ""), (1, waiting, "waits for a pair that can begin"),
                 (2, too_few_matches, "too few matches"), (3, two_view_failed, "pair gives no pose"),
                 (4, resection_failed, "resection failed"), (5, implausible, "implausible step"),
@@ -61,19 +61,19 @@ ILP_ENUMERATION(PoseState, (0, provisional, "later keyframes may improve it"),
                 (3, trial, "by a camera still looked for: posed again once it is found"),
                 (4, trial_failed, "that camera gives no pose: tried again once it is found"))
 
-/// A later record of this pose may say something else.
+/// Whether the pose may still change.
 [[nodiscard]] constexpr bool is_open(PoseState state) {
   return state != PoseState::final && state != PoseState::failed;
 }
 
-/// A mask of the flight is final.
+/// The extent within which the ground of a mask is new.
 ILP_ENUMERATION(MaskScope, (0, strip, "new to the strip; the memory of places has still to see it"),
                 (1, flight, "new to the whole flight: the mask is final"))
 
 ILP_ENUMERATION(DepthVerdict, (0, ok, ""), (1, no_partner, "no stereo partner"),
                 (2, rectification_impossible, "not rectifiable"), (3, too_few_valid, "too few valid depths"))
 
-/// In the order in which they are made: when the image of a keyframe exists, so does its depth map if there is one.
+/// Products in the order in which they are made: a keyframe's depth map, if there is one, is made before its image.
 ILP_ENUMERATION(ProductKind, (0, depth, ""), (1, image, ""))
 
 ILP_ENUMERATION(ProductScheme, (0, lossy_region, "lossy, region first"), (1, lossless_region, "lossless region"),
@@ -111,16 +111,16 @@ ILP_ENUMERATION(TransferWish, (0, none, ""), (1, suspend, ""), (2, resume, ""), 
 ILP_ENUMERATION(UplinkState, (0, checked, "it can be activated"), (1, rejected, "its content is not accepted"),
                 (2, active, "its parameters were set"), (3, superseded, "another file has taken its place"))
 
-/// The flight's verdict on ground that two keyframes have in common.
+/// Verdict on a link, which is ground that two keyframes have in common.
 ILP_ENUMERATION(LinkVerdict, (0, linked, "the images and the geometry agree"),
                 (1, images_only, "the images agree; too few matches have depth for the geometry"),
                 (2, contradicts_poses, "images and geometry agree, but the poses of the strip do not: drift"))
 
-/// What a fix on the map is worth to the strip.
+/// Whether a fix on the map is used for the strip.
 ILP_ENUMERATION(FixState, (0, none, "there is no fix"), (1, accepted, "it counts"),
                 (2, unconfirmed, "farther from the prior than that errs: it counts if the next one agrees"))
 
-/// What said where a keyframe stands on the map before it was registered.
+/// The source of a keyframe's approximate position on the map, before its registration.
 ILP_ENUMERATION(FixPrior, (0, none, "nothing: it was not searched for"), (1, vehicle, "the vehicle's measurements"),
                 (2, fixes, "the latest fixes and the poses since"),
                 (3, search, "a comparison with the features of all tiles"))

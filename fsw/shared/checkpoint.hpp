@@ -1,10 +1,10 @@
-// Saves and loads the position of a component in its input. It is saved in the same transaction as what was derived
-// from the input, so that after a power failure the flight goes on as if nothing had happened (architecture,
-// "Atomicity").
+// Saves and loads checkpoints: the state of a component and its position in its input. A checkpoint is saved in the
+// same transaction as the records that were derived from the input, so that after a power failure the flight goes on as
+// if nothing had happened (architecture, "Atomicity").
 //
-// Two generations are kept, each with a checksum of its own: a save replaces the older one, a load takes the newer one
-// that is valid. What was derived after the older one is then already on record. A component that loads the older one,
-// or finds none, either derives the same again or continues after what is on record (docs/design.md, "Going on").
+// Two generations are kept, each with its own checksum: a save replaces the older one, and a load takes the newest
+// valid one. If that is the older one, or there is none, records that were derived later are already in the store: the
+// component either derives the same records again or continues after them (docs/design.md, "Going on").
 #pragma once
 
 #include <new>
@@ -16,20 +16,21 @@
 
 namespace ilp {
 
+/// The position of a component in its input, as record ids; 0: nothing was consumed.
 struct Cursor {
-  std::int64_t first = 0;   ///< last input consumed
-  std::int64_t second = 0;  ///< last input consumed of a second kind
+  std::int64_t first = 0;   ///< id of the last input that was consumed
+  std::int64_t second = 0;  ///< the same for a second kind of input
 };
 
 using CheckpointStore = StorePart<Writes<CheckpointRecord>, Erases<CheckpointRecord>>;
 
-/// What distinguishes the state of a component from that of another build. The upper octet of `layout` is the number of
-/// the component's row, which is raised with a change of meaning; the rest changes with the fields' names, types and
-/// order (layout_digest). The size also changes with the capacities of the profile.
+/// Identifies the form of a component's state: only a state of the same form can be loaded.
 struct CheckpointForm {
   ComponentId component;
+  /// The upper octet is the number of Stage::state, which is raised when the meaning of the state changes. The lower
+  /// octets change with names, types and order of its fields (layout_digest).
   std::uint32_t layout;
-  std::uint32_t bytes;
+  std::uint32_t bytes;  ///< size of the state, which also depends on the capacities of the profile
 };
 template <typename State>
 constexpr CheckpointForm checkpoint_form(ComponentId component, std::uint32_t layout) {
@@ -37,29 +38,31 @@ constexpr CheckpointForm checkpoint_form(ComponentId component, std::uint32_t la
   constexpr std::uint64_t digest = layout_digest<State>();
   return {component, layout << 24U | static_cast<std::uint32_t>(digest >> 40U), sizeof(State)};
 }
-/// The form with the layout that the component's row has.
+/// The form with the number that the component's row has (Stage::state).
 template <typename State>
 constexpr CheckpointForm checkpoint_form(ComponentId component) {
   return checkpoint_form<State>(component, stage_of(component).state.number);
 }
 
-/// Call it inside the transaction of the derived records. Returns `cursor_back`, with nothing written, when a cursor
-/// would be smaller than in the newest checkpoint of this form.
+/// Saves a checkpoint. Call it inside the transaction of the derived records. Returns `cursor_back` and writes nothing
+/// if `cursor` is behind that of the newest checkpoint and this has the same form.
 Status save_checkpoint(CheckpointStore store, const CheckpointForm& form, const Cursor& cursor,
                        std::span<const std::uint8_t> state);
-/// Call it outside of transactions. `not_found` when there is none: the component starts from the beginning.
-/// `store_build` when there is one of another form: a new beginning would overwrite what was derived from the input up
-/// to there. Damaged ones are erased: `checkpoint_older` when the other one was loaded, `checkpoint_lost` when there is
-/// no other one; cursor and state are then undefined.
+/// Loads the newest valid checkpoint and erases damaged ones. Call it outside of transactions. Returns
+/// - `not_found` if there is no checkpoint: the component starts from the beginning;
+/// - `store_build` if the newest one has another form: a start from the beginning would overwrite the records that were
+///   derived up to it;
+/// - `checkpoint_older` if one is damaged and the other one was loaded;
+/// - `checkpoint_lost` if one is damaged and no other one is valid; cursor and state are then undefined.
 Status load_checkpoint(CheckpointStore store, const CheckpointForm& form, Cursor& cursor,
                        std::span<std::uint8_t> state);
-/// Only checks: `store_build` when a component of `forms` has a checkpoint of none of them. Damaged checkpoints are
-/// passed over.
+/// Returns `store_build` if a component of `forms` has a checkpoint whose form is not in `forms`. Damaged checkpoints
+/// are ignored.
 Status check_checkpoints(Reader<CheckpointRecord> store, std::span<const CheckpointForm* const> forms);
-/// The position of a component in its input; zeros if it has no readable checkpoint.
+/// Reads the cursor of a component's newest checkpoint; zeros if no checkpoint can be read.
 Status saved_cursor(Reader<CheckpointRecord> store, ComponentId component, Cursor& cursor);
 
-/// Clears the padding of `state`, so that equal states are equal bytes.
+/// As save_checkpoint above. Clears the padding of `state` first, so that equal states have equal bytes.
 template <typename State>
 Status save_checkpoint(CheckpointStore store, const CheckpointForm& form, const Cursor& cursor, State& state) {
   static_assert(std::is_trivially_copyable_v<State>);
@@ -74,15 +77,15 @@ Status load_checkpoint(CheckpointStore store, const CheckpointForm& form, Cursor
                          std::span<std::uint8_t>(reinterpret_cast<std::uint8_t*>(&state), sizeof(State)));
 }
 
-/// Makes it as it begins, in its place: a state may be larger than a stack.
+/// Resets `state` to State{} in place, because a state may be larger than the stack.
 template <typename State>
 void renew(State& state) {
   static_assert(std::is_trivially_destructible_v<State>);
   new (static_cast<void*>(&state)) State{};
 }
 
-/// Loads cursor and state, or new ones if there is no checkpoint. Returns ok, a report (restored() of component.hpp),
-/// or a fault.
+/// Loads cursor and state, or resets them if there is no checkpoint or it is lost. Returns ok, a report (restored() of
+/// component.hpp), or a fault.
 template <typename State>
 Status restore_checkpoint(CheckpointStore store, const CheckpointForm& form, Cursor& cursor, State& state) {
   cursor = {};

@@ -1,4 +1,4 @@
-// Images, camera and maps between the store and a component's own buffers.
+// Loads images and the camera from the store into a component's buffers.
 #pragma once
 
 #include "fsw/base/result.hpp"
@@ -7,17 +7,18 @@
 
 namespace ilp {
 
-/// `not_found` when the frame, or its image, has been released.
+/// Loads the image of a frame. Returns `not_found` if the frame, or its image, has been released.
 Status load_frame_image(Reader<FrameRecord> store, std::int64_t frame_id, FrameImage& image);
-/// At the time of the middle row, if the camera has a rolling shutter and the keyframe's motion is on record.
+/// Loads the image of a keyframe. If the camera has a rolling shutter and the keyframe's motion is on record, the image
+/// is corrected to the time of its middle row.
 Status load_keyframe_image(Reader<KeyframeRecord, FrameRecord, CameraRecord, ShutterRecord> store,
                            std::int64_t keyframe_id, FrameImage& image);
 
-/// The present camera. Only a frozen one gives metric results.
+/// Loads the present camera. Results are metric only if its record is frozen.
 Status load_camera(Reader<CameraRecord> store, CameraModel& camera);
 
-/// Brings the image of a keyframe to the time of its middle row. False where the motion is not known, or too fast: the
-/// image is as it was read.
+/// Corrects the image of a keyframe for the rolling shutter, to the time of its middle row. Returns false and leaves
+/// the image unchanged if the motion is not known or too fast.
 Result<bool> bring_to_middle_row(const CameraModel& camera, const ShutterRecord& shutter, FrameImage& image);
 
 }  // namespace ilp

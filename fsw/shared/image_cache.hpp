@@ -10,12 +10,12 @@
 
 namespace ilp {
 
-/// Answers the reading of a frame's whole image from memory if the image was read or committed recently. Every other
-/// call goes to the store. All components that write, change or erase frames must use the same cache.
+/// Serves reads of a frame's complete image from memory if the image was read or committed recently. Every other call
+/// goes to the store. All components that write, change or erase frames must use the same cache.
 ///
-/// The newest committed image has a place of its own, so that frames without further readers do not displace the
-/// keyframes at work. An image in memory has a checksum, which every use compares. A changed image is dropped and read
-/// from the store. Damage in the store is answered as the store does, unless the image is still in the cache.
+/// The newest committed image has a slot of its own, so that frames that nobody reads do not displace keyframes that
+/// are in use. Each image in memory has a checksum, which is compared at every use; an image that has changed is
+/// dropped and read from the store. A damaged image in the store is noticed only when it is not in the cache.
 class ImageCache final : public ForwardingStore {
  public:
   using ForwardingStore::ForwardingStore;
@@ -33,7 +33,7 @@ class ImageCache final : public ForwardingStore {
   struct Image {
     std::int64_t frame_id = 0;  ///< 0: none
     std::size_t bytes = 0;
-    std::int64_t used = 0;  ///< larger: used later
+    std::int64_t used = 0;  ///< value of uses_ at the latest use
     std::uint64_t checksum = 0;
     std::array<std::uint8_t, limits::max_image_pixels> pixels;
 
@@ -44,8 +44,8 @@ class ImageCache final : public ForwardingStore {
   [[nodiscard]] Image* find(std::int64_t id, std::size_t bytes);
   void forget(std::int64_t id);
 
-  Image newest_;                     ///< written last
-  std::int64_t uncommitted_id_ = 0;  ///< written in the open transaction
+  Image newest_;                     ///< the image that was written last
+  std::int64_t uncommitted_id_ = 0;  ///< frame whose image was written in the open transaction; 0: none
   std::array<Image, limits::cached_images> read_;
   std::int64_t uses_ = 0;
 };

@@ -1,4 +1,4 @@
-// What the vehicle measured at a keyframe, for the stages that wait for it.
+// Reads the vehicle's measurements at a keyframe, for the stages that wait for them.
 #pragma once
 
 #include "cfg/mission.hpp"
@@ -6,8 +6,8 @@
 
 namespace ilp {
 
-/// `measured` is empty if the mission uses no navigation, or if the record is damaged. False: the navigator has not
-/// written the keyframe's record yet. Returns only faults that may pass.
+/// Reads the measurements at a keyframe. Returns false if the navigator has not written them yet, and only transient
+/// faults. `measured` is empty if the mission uses no navigation or the record is damaged.
 inline Result<bool> measured_at(Reader<NavigationRecord> store, const MissionParameters& mission,
                                 std::int64_t keyframe_id, NavigationRecord& measured) {
   measured = {};

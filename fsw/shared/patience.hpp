@@ -1,4 +1,4 @@
-// The handling of an input that a component cannot process: it is tried again, then gets a verdict.
+// Counts the attempts on an input that a component cannot read or process, until the input gets a verdict.
 #pragma once
 
 #include <cstdint>
@@ -7,15 +7,15 @@
 
 namespace ilp {
 
-/// A component works on one input at a time, in the order of ids from 1. When a step fails, its memory may be ahead of
-/// the store: the component is restored from its checkpoint and starts the input again after the executive's pause. A
-/// store that answers nothing cannot serve the restore either, so only attempts in which other records could be read
-/// are counted. The counts are of one boot only.
+/// A component works on one input at a time, in ascending order of ids from 1. When a step fails, the component's
+/// memory may be ahead of the store: the component is restored from its checkpoint and starts the input again after the
+/// executive's pause. If the store does not answer at all the restore fails too; such attempts are not counted. The
+/// counts do not survive a restart.
 class Patience {
  public:
-  /// A step has met `fault` in reading or processing input `id`. If the fault may pass, is a bug of our own, or says
-  /// that memory was damaged, the input is tried as often as allowed. After that, and at once for any other fault,
-  /// abandoned(id) holds: a verdict is due.
+  /// Notes that a step has met `fault` in reading or processing input `id`, and returns the result of the step. After a
+  /// transient fault, a failed assertion or damaged memory the input is tried most_read_attempts times. After that, or
+  /// at once for any other fault, abandoned(id) is true, and the component must write a verdict.
   [[nodiscard]] StepResult failed(std::int64_t id, const Status& fault) {
     const bool of_writing = (writing_ && is_transient(fault)) || fault.is(StatusCode::store_locked);
     writing_ = false;
@@ -31,13 +31,15 @@ class Patience {
     abandoned_id_ = id;
     return {{StatusCode::input_given_up, id, static_cast<std::int64_t>(fault.code)}, true, Then::restore};
   }
-  /// The result could not be written. That is no statement about the input, so there is no limit of attempts.
+  /// The result of a step whose records could not be written. The fault says nothing about the input, so that attempts
+  /// are not limited.
   [[nodiscard]] static StepResult not_written(const Status& fault) { return {fault, true, Then::restore}; }
 
-  /// A fault that passes between these two calls is one of writing.
+  /// A transient fault between these two calls counts as a fault of writing.
   void begin_writing() { writing_ = true; }
   void end_writing() { writing_ = false; }
 
+  /// The component must not try this input again.
   [[nodiscard]] bool abandoned(std::int64_t id) const { return id != 0 && id == abandoned_id_; }
 
  private:

@@ -1,6 +1,6 @@
-// Memory that a stage needs for one piece of work and carries to no other. All stages share one region of it, because
-// the executive lets one of them work in it at a time. Work that is too long for a step takes several: all but the last
-// one return Then::keep (fsw/executive/component.hpp).
+// Scratch memory that a stage needs only while it works on one input. All stages share one region, which the executive
+// lets one stage use at a time. Work that is too long for one step takes several steps: all but the last one return
+// Then::keep (fsw/executive/component.hpp), which keeps the region for the stage.
 #pragma once
 
 #include <algorithm>
@@ -15,8 +15,8 @@ namespace ilp {
 
 inline constexpr std::size_t step_memory_alignment = 64;
 
-/// What a stage needs of this memory, its member type `Scratch`. Its row says that it uses the memory; a class without
-/// a row is a part of a stage.
+/// Bytes of the region that a stage needs: the size of its member type `Scratch`, or 0 without this type. The stage's
+/// row must say that it uses the region. A class without a row is a part of a stage.
 template <typename User>
 [[nodiscard]] constexpr std::size_t scratch_bytes() {
   constexpr bool used = requires {
@@ -29,16 +29,16 @@ template <typename User>
   return 0;
 }
 
-/// The region, large enough for each of these stages.
+/// The region, which is large enough for each of these stages.
 template <typename... Stages>
 struct StepMemory {
   static constexpr std::size_t size = std::max({scratch_bytes<Stages>()...});
   alignas(step_memory_alignment) std::array<std::byte, size> bytes;
 };
 
-/// A stage's view of the region: it holds one of these types at a time. A type is plain memory. It begins with what the
-/// stages before have left there, so its user writes all that it reads; `StageReplay` puts rubbish there between steps,
-/// except after Then::keep.
+/// A stage's view of the region, which holds an object of one of these types at a time. The object is not initialised:
+/// it has the bytes that earlier stages have left, so that its user must write all that it reads. (`StageReplay` fills
+/// the region with arbitrary bytes between steps, except after Then::keep.)
 template <typename... Types>
 class StepScratch {
   static_assert((std::is_trivially_destructible_v<Types> && ...), "nothing is destroyed when a step ends");
@@ -47,13 +47,13 @@ class StepScratch {
  public:
   static constexpr std::size_t bytes = std::max({sizeof(Types)...});
 
-  /// The compiler refuses a region that is too small.
+  /// A region that is too small does not compile.
   template <typename... Stages>
   StepScratch(StepMemory<Stages...>& memory) : memory_(memory.bytes.data()) {
     static_assert(StepMemory<Stages...>::size >= bytes, "the region is too small for this stage");
   }
 
-  /// What an earlier call for another type returned must not be used any more.
+  /// The region as an object of type T. An object of another type from an earlier call must not be used any more.
   template <typename T>
   [[nodiscard]] T& as() const {
     static_assert((std::is_same_v<T, Types> || ...), "the stage's Scratch does not name this type");

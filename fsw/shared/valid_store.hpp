@@ -1,4 +1,4 @@
-// A view of the store that passes over damaged records, for housekeeping that must not stop at them.
+// A view of the store that leaves out damaged records, for housekeeping that must not stop at them.
 #pragma once
 
 #include "fsw/base/result.hpp"
@@ -7,8 +7,8 @@
 
 namespace ilp {
 
-/// next() leaves damaged records out, and last() returns `not_found` where the newest one is damaged. All other calls
-/// answer as the store does.
+/// next() skips damaged records, and last() returns `not_found` if the newest record is damaged. All other calls are
+/// passed to the store unchanged.
 class ValidStore final : public ForwardingStore {
  public:
   using ForwardingStore::ForwardingStore;
@@ -26,7 +26,7 @@ class ValidStore final : public ForwardingStore {
   }
 
  private:
-  static constexpr int most_passed = 1000;  ///< in one call
+  static constexpr int most_passed = 1000;  ///< most damaged records that one call skips
 };
 
 namespace detail {
@@ -36,7 +36,7 @@ struct ValidStoreHolder {
 };
 }  // namespace detail
 
-/// The tables of a view without their damaged records.
+/// A StoreView of the same tables without their damaged records.
 template <StoreAccess access>
 class ValidView : private detail::ValidStoreHolder, public StoreView<access> {
  public:
@@ -46,7 +46,7 @@ class ValidView : private detail::ValidStoreHolder, public StoreView<access> {
   ValidView& operator=(const ValidView&) = delete;
 };
 
-/// The record after `after` in such a view.
+/// Reads the first record with an id above `after` from a ValidView. Returns false if there is none.
 template <typename Record>
 Result<bool> find_next_valid(Reader<Record> store, std::int64_t after, Record& record) {
   const Status status = next(store, after, record);

@@ -1,4 +1,4 @@
-// The executive's level of reduced work, as components see it. A record holds it since its last change.
+// The executive's level of reduced work and its effect on components. The timing record holds the present level.
 #pragma once
 
 #include "cfg/mission.hpp"
@@ -7,8 +7,8 @@
 
 namespace ilp {
 
-/// The level of a keyframe that is chosen now. It is written into the keyframe's record, so that everything derived
-/// from it follows from records, whatever the load is later and however often the software restarts.
+/// Reads the present level; 0 (full work) if there is no record. A keyframe's record gets the level at which the
+/// keyframe was chosen, so that all results follow from records, independently of later load and restarts.
 inline Status current_work_level(Reader<TimingRecord> store, std::uint8_t& level) {
   TimingRecord timing;
   const Status found = get(store, timing.id, timing);
@@ -16,14 +16,15 @@ inline Status current_work_level(Reader<TimingRecord> store, std::uint8_t& level
   return found.is(StatusCode::not_found) ? Status{} : found;
 }
 
-/// Number of corners per keyframe: from level 1 on half of them, but enough for poses.
+/// Number of corners per keyframe at a level: from level 1 on half of `corners`, but at least 300, which suffices for
+/// poses.
 [[nodiscard]] inline double corners_at(std::uint8_t level, double corners) {
   constexpr double enough = 300;
   if (level == 0 || corners <= enough) return corners;
   return corners / 2 > enough ? corners / 2 : enough;
 }
 
-/// Scale of rectified images: half at level 2, which takes an eighth of the comparisons.
+/// Scale factor of rectified images: 1/2 from level 2 on, which takes an eighth of the comparisons.
 [[nodiscard]] inline double stereo_scale_at(std::uint8_t level) {
   return level < 2 ? 1 : 0.5;
 }

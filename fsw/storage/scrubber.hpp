@@ -16,14 +16,14 @@ namespace ilp {
 /// Code and constants: bytes that never change while the program runs.
 using ImageRegions = std::span<const std::span<const std::byte>>;
 
-/// Each step reads one slice of the store, which compares its checksums, and one slice of code and constants, which are
-/// compared with their first reading. The mission's parameters set the pace. Damage in the store is reported once. The
-/// scrubber never has pending work, so that it does not prolong a flight in virtual time.
+/// Each step reads a slice of the store, which checks its own checksums, and a slice of code and constants, whose
+/// checksum is compared with that of the first reading. The mission's parameters set the rates. Damage in the store is
+/// reported once. The scrubber never has pending work, so that it does not prolong a flight in virtual time.
 class Scrubber final : public StageComponent<ComponentId::scrubber> {
  public:
   static const CheckpointForm checkpoint;
 
-  /// The regions outlive the scrubber; the list is empty if they are not known.
+  /// The regions must outlive the scrubber. The list is empty if they are not known.
   Scrubber(Tables store, Clock& clock, const MissionParameters& mission, ImageRegions image = {});
 
   Status restore() override;
@@ -32,7 +32,7 @@ class Scrubber final : public StageComponent<ComponentId::scrubber> {
     return LastingMemory::of(*this, wiring_, cursor_, state_, work_, workspace_);
   }
 
-  /// Code or constants have changed since loading: only a new process restores them.
+  /// Code or constants have changed since the first reading: only a new process can restore them.
   [[nodiscard]] bool image_damaged() const { return workspace_.image_damaged; }
 
  private:
@@ -43,7 +43,7 @@ class Scrubber final : public StageComponent<ComponentId::scrubber> {
     Clock& clock;
     const MissionParameters& mission;
     ImageRegions image;
-    std::array<std::uint64_t, most_regions> image_sums{};  ///< of the first reading
+    std::array<std::uint64_t, most_regions> image_sums{};  ///< checksums of the first reading
   };
   struct Damaged {
     std::int64_t table = 0;

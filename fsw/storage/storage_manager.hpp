@@ -7,19 +7,24 @@
 
 namespace ilp {
 
-/// Limit for the database of a flight: the budget, a quarter of it for pages that are not full, and the records. Its
-/// disk must also hold 16 MiB for the log.
+/// Limit for the size of a flight's database: the storage budget, a quarter of it for pages that are not full, and 64
+/// MiB for the records. The disk must have 16 MiB more for the log.
 [[nodiscard]] constexpr std::int64_t database_limit_bytes(const MissionParameters& mission) {
   return static_cast<std::int64_t>(1.25 * mission.storage_budget_mib * 1048576.0) + (std::int64_t{64} << 20U);
 }
 
-/// Data that nobody needs any more is erased at once: images of frames, depth maps once they are coded, and masks,
-/// points and products once the ground has confirmed the files that carry them. A full store is a mode: from the high
-/// watermark of the budget or of a share down to the low one, it erases points first, the oldest first, then masks
-/// whose records were sent without a confirmation, the oldest first, then the last layers of products with the least
-/// worth per byte, and when no layer is left, whole products of least priority. Products that were sent stay until they
-/// are confirmed. Capture never stops. record_history.hpp has the rules for old records. The places on record count as
-/// data with the size that they have at most; their own stage keeps them within their share (place_capacity.hpp).
+/// Data that are no longer needed are erased at once: images of frames, depth maps once they are coded, and masks,
+/// points and products once the ground has confirmed the files that contain them.
+///
+/// When the data exceed the high watermark of the budget or of a share, the component erases further data until they
+/// are below the low watermark, in this order:
+/// - points, the oldest first;
+/// - masks whose records were sent and not confirmed, the oldest first;
+/// - the last layers of products, those with the least utility per byte first;
+/// - complete products, those with the least priority first.
+/// Products that were sent stay until they are confirmed. Capture never stops. record_history.hpp has the rules for old
+/// records. Places count with their largest possible size; the stage that makes them keeps them within their share
+/// (place_capacity.hpp).
 class StorageManager final : public StageComponent<ComponentId::storage_manager> {
  public:
   static const CheckpointForm checkpoint;
@@ -39,17 +44,18 @@ class StorageManager final : public StageComponent<ComponentId::storage_manager>
 
   Status recount();
   Status count_new(Draft& draft);
+  /// Determines the bytes of all places.
   Status weigh_places();
   Status count_depth(Draft& draft);
   Status obey_commands(Draft& draft);
   Status delete_acknowledged(Draft& draft);
-  /// Whether no further action on it is needed.
+  /// Releases the data of a confirmed file. Returns whether no further action on the file is needed.
   Result<bool> release_confirmed(const DownlinkRecord& sent, TimeNs newest_sent_ns, Draft& draft);
   Status thin_frames(Draft& draft);
   Status note_mode(Draft& draft);
   Status work_through(Draft& draft);
-  /// Whether all files and, in a full store, all products have been examined since a change. The two rounds run step by
-  /// step and independently: a complete round does not start again because the other is not complete.
+  /// Whether all files and, in a full store, all products have been examined since the last change. The two rounds run
+  /// step by step and independently: a complete round does not start again while the other one is incomplete.
   bool scanned();
   StorageProducts products() { return {wiring_, work_}; }
   StorageRelease release_part() { return {wiring_, work_}; }

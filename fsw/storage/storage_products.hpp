@@ -1,4 +1,4 @@
-// The products of StorageManager: which are erased, cut, or sent again.
+// The part of StorageManager that erases products, cuts their layers, or lets them be sent again.
 #pragma once
 
 #include "fsw/storage/storage_part.hpp"
@@ -13,7 +13,7 @@ class StorageProducts : public StoragePart {
   Status abandon(ProductRecord product, Draft& draft);
   Status abandon_damaged(const ProductRecord& product, Draft& draft);
   Status drop(const ProductRecord& product, Draft& draft);
-  /// False where its bytes cannot be read.
+  /// Cuts off the last layer of a product. Returns false if the product's bytes cannot be read.
   Result<bool> cut_last_layer(ProductRecord product, Draft& draft);
   Status abandon_least(Draft& draft);
   Status find_oldest(Draft& draft);

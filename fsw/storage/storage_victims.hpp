@@ -1,4 +1,4 @@
-// Chooses the products that lose bytes first when storage is full (decisions.md, 12).
+// Finds the products whose bytes are erased first when storage is full (decisions.md, 12).
 #pragma once
 
 #include "fsw/base/fixed_vector.hpp"
@@ -6,16 +6,17 @@
 
 namespace ilp {
 
-/// The product has a layer beyond the first that was not sent.
+/// Whether the last layer may be erased: it is not the first one and was not sent.
 [[nodiscard]] bool last_layer_can_go(const ProductRecord& product);
-/// Nothing of the product was sent.
+/// Whether the product may be erased: nothing of it was sent.
 [[nodiscard]] bool product_can_go(const ProductRecord& product);
-/// The worth of the last layer per byte: the product's priority times the gain in dB (PSNR of an image; of a depth map
-/// 6 dB per halving of its largest error), or times one if no quality is on record.
+/// The utility of the last layer per byte: the product's priority times the layer's gain in dB, divided by its bytes.
+/// The gain is that of the PSNR for an image, and 6 dB per halving of the largest error for a depth map; it is 1 if no
+/// quality is on record.
 [[nodiscard]] double utility_of_last_layer(const ProductRecord& product);
 
-/// Finds the products of least utility in a whole table, in slices of bounded length and with bounded memory. The next
-/// search finds those that did not fit.
+/// Finds the products of least utility in the complete table, in slices of bounded length and with bounded memory.
+/// Products that did not fit are found by the next search.
 class VictimSearch {
  public:
   struct Victim {
@@ -24,12 +25,12 @@ class VictimSearch {
   };
 
   void restart();
-  /// Examines some more of the products up to `through_id`.
+  /// Examines further products up to `through_id`.
   Status look(Reader<ProductRecord> store, std::int64_t through_id);
   [[nodiscard]] bool complete() const { return complete_; }
-  /// Last layers go first, whole products only when the table has no last layer to take.
+  /// Whether the victims are complete products: this is so only if no last layer may be erased.
   [[nodiscard]] bool of_whole_products() const { return !any_layer_; }
-  /// Takes the victim of least utility. False: no more.
+  /// Takes the victim of least utility. Returns false if there are no more.
   bool take(Victim& victim);
 
  private:

@@ -21,16 +21,16 @@ namespace ilp {
 
 struct DeliveryCounts;
 
-/// Counters of other objects; null pointers read as zeros.
+/// Counters of other objects. For a null pointer zeros are reported.
 struct TelemetrySources {
   const Health* health = nullptr;
   const DeliveryCounts* delivery = nullptr;
 };
 
-/// Sends the reports of fsw/packets/report_table.hpp, periodic and one-shot, and the events of the store in their
-/// order; events from the time out of contact follow at the next contact. While reports wait for contact no further
-/// ones are made; the newest of each periodic report is then sent. The ground's requests are records of `command`.
-/// Enabled reports, intervals and disabled events survive a restart.
+/// Sends the reports of fsw/packets/report_table.hpp, periodically or once, and the events of the store in their order.
+/// Events that occur out of contact are sent at the next contact. No reports are made while earlier ones wait for
+/// contact; after that the present values of each periodic report are sent. The ground's requests are records of
+/// `command`. Enabled reports, intervals and disabled events survive a restart.
 class TelemetryReporter final : public StageComponent<ComponentId::telemetry> {
  public:
   TelemetryReporter(Tables store, PacketRouter& router, TelemetryWriter& writer, Clock& clock,
@@ -58,14 +58,14 @@ class TelemetryReporter final : public StageComponent<ComponentId::telemetry> {
     const MissionParameters& mission;
     TelemetrySources sources;
   };
-  /// Indexed by SID, and by code of the event.
+  /// `interval_ns` and `enabled` are indexed by SID, `disabled` by the code of the event.
   struct State {
     std::array<TimeNs, report_id_limit> interval_ns = default_intervals();
     std::array<std::uint8_t, report_id_limit> enabled{};
     std::array<std::uint8_t, 256> disabled{};
   };
   struct Work {
-    std::array<TimeNs, report_id_limit> due_ns{};  ///< by SID
+    std::array<TimeNs, report_id_limit> due_ns{};  ///< when the next report is due, indexed by SID
     bool cursor_unsaved = false;
   };
   struct Workspace {
@@ -94,7 +94,7 @@ class TelemetryReporter final : public StageComponent<ComponentId::telemetry> {
   Result<NodeHealth> next_node(NodeRecord& node);
 
   Wiring wiring_;
-  Cursor cursor_;  ///< last event reported, last command obeyed
+  Cursor cursor_;  ///< last event that was reported; last command that was carried out
   State state_;
   Work work_;
   Workspace workspace_;

@@ -1,4 +1,4 @@
-// The ground's commands to telemetry: services 3 and 5, as records of `command`.
+// Carries out the ground's commands to telemetry (services 3 and 5), which are records of `command`.
 #include "fsw/packets/service_events.hpp"
 #include "fsw/telemetry/telemetry.hpp"
 

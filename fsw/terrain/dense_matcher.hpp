@@ -1,4 +1,5 @@
-// The shape of the terrain: two final poses -> Depth and Mask of the first (paper 3.3, 4.2; decisions.md, 4, 8, 9).
+// Reconstructs the terrain by dense stereo: two final poses -> Depth and Mask of the first keyframe (paper 3.3, 4.2;
+// decisions.md, 4, 8, 9).
 #pragma once
 
 #include <array>
@@ -24,13 +25,15 @@
 
 namespace ilp {
 
-/// Processes keyframe by keyframe, in bands of scanlines. A keyframe is matched with one of the next final ones of its
-/// strip (choose_partner), panel by panel of the rectification's plan; if a farther one gives no depth, with the next
-/// one. Depth with a larger sigma than largest_depth_sigma is dropped. A keyframe without a partner (end of a strip,
-/// failed pose), without common ground with it, or with poses that leave matches off their rows gets a verdict and a
-/// mask of the ground that no pair has reconstructed, so that its image is not lost. Coverage continues across it, over
-/// the planes of the overlap check. A pair that cannot be read gets the verdict too_few_valid. If the checkpoint is
-/// older than the records, coverage starts over.
+/// Processes one keyframe after the other, in bands of scanlines. A keyframe is matched with one of the next keyframes
+/// of its strip with final poses (choose_partner), panel by panel of the rectification plan. If a farther one gives no
+/// depth, it is matched with the next one. Depth with a larger sigma than largest_depth_sigma is dropped.
+///
+/// A keyframe gets a verdict, and a mask of the ground that no pair has reconstructed, so that its image is not lost,
+/// if it has no partner (end of a strip, failed pose), if it has no common ground with the partner, or if matches are
+/// not on the same rows of the rectified images. Coverage is carried across such a keyframe by the homographies of the
+/// overlap check. A pair that cannot be read gets the verdict too_few_valid. If the checkpoint is older than the
+/// records, coverage starts again.
 class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
  public:
   static const CheckpointForm checkpoint;
@@ -55,17 +58,17 @@ class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
   };
 
   struct State {
-    std::int64_t coverage_keyframe_id = 0;  ///< the keyframe of this coverage; any other has none
+    std::int64_t coverage_keyframe_id = 0;  ///< the keyframe to which `coverage` belongs; other keyframes have none
     Coverage coverage;
-    std::int64_t passed_keyframe_id = 0;  ///< 0, or a keyframe without pose that a pair reached across
-    Coverage passed;                      ///< coverage of it: the ground of that pair, or of its second image
+    std::int64_t passed_keyframe_id = 0;  ///< a keyframe without pose between those of a pair; 0: none
+    Coverage passed;                      ///< its coverage: the ground of that pair, or of the pair's second image
   };
   template <typename T>
   using RectifiedBuffer = FixedImage<T, limits::max_rectified_pixels>;
   template <typename T>
   using ImageBuffer = FixedImage<T, limits::max_image_pixels>;
 
-  /// What a record is made in, after its pair is matched.
+  /// Memory in which a record is made after its pair is matched.
   struct RecordWorkspace {
     ImageBuffer<std::uint8_t> mask, sigma_code;
     ImageBuffer<std::uint16_t> codes;
@@ -73,7 +76,7 @@ class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
     CoverageWorkspace coverage;
     PoseErrorScratch pose_errors;
   };
-  /// Either begins with what it writes itself.
+  /// Memory for one of the two uses at a time. Each use writes all that it reads.
   union Shared {
     Shared() : stereo() {}
     StereoWorkspace stereo;
@@ -91,19 +94,19 @@ class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
   };
   struct Work {
     CameraModel camera;
-    // The pair at work; a restart drops it.
+    // The pair that is processed; a restart drops it.
     Phase phase = Phase::idle;
     Patience patience;
     PoseRecord pose;
-    PoseRecord next;  ///< the next keyframe with a pose, to which coverage is carried
+    PoseRecord next;  ///< pose of the next keyframe with a pose, to which coverage is carried
     Partner partner;
     RectificationPlan plan;
     std::size_t panel = 0;
     VerticalResidual residual;
-    DepthRecord record;  ///< of the pair, as far as it is known
-    MaskRecord mask;     ///< the same
+    DepthRecord record;  ///< the records of the pair, as far as they are known
+    MaskRecord mask;
     std::int32_t row = 0;
-    Status event;  ///< of the step
+    Status event;  ///< the event that the step returns
 
     [[nodiscard]] const RectifiedPanel& at_panel() const { return plan.panels[panel]; }
   };
@@ -116,7 +119,7 @@ class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
     CellDepths cell_depths{};
     SeenCells now;  ///< how well the pair shows the ground
     Shared shared;
-    State after;  ///< the state after the record at work
+    State after;  ///< the state after the present record
     Coverage before;
 
     [[nodiscard]] PairGround ground() const {
@@ -139,7 +142,7 @@ class DenseMatcher final : public StageComponent<ComponentId::dense_matcher> {
   };
 
   Result<bool> pick();
-  /// Of the keyframe at work.
+  /// Chooses the partner of the present keyframe.
   Result<Successor> find_partner();
   Result<DepthVerdict> begin_pair();
   Status begin_panel();

@@ -1,4 +1,4 @@
-// Mission time and processor time.
+// Interface of the flight's clock: mission time, processor time and waiting.
 #pragma once
 
 #include "fsw/base/time.hpp"
@@ -11,10 +11,11 @@ class Clock {
   Clock(const Clock&) = delete;
   Clock& operator=(const Clock&) = delete;
 
-  /// Monotonic mission time.
+  /// Returns mission time, which never decreases.
   virtual TimeNs now() = 0;
+  /// Waits until mission time `time`; returns at once if it has passed.
   virtual void sleep_until(TimeNs time) = 0;
-  /// Processor time used by this thread, for budgets and reports, never for decisions.
+  /// Returns the processor time used by this thread. It serves budgets and reports, never decisions.
   virtual TimeNs processor_time() = 0;
 
  protected:

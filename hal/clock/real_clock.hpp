@@ -1,4 +1,4 @@
-// The monotonic clock of the board.
+// Mission time from the monotonic clock of the board.
 #pragma once
 
 #include "hal/clock/clock.hpp"
@@ -7,14 +7,14 @@ namespace ilp {
 
 class RealClock final : public Clock {
  public:
-  /// Sets mission time to `start` now.
+  /// Mission time is `start` at the time of the call.
   explicit RealClock(TimeNs start = 0);
-  /// Sets mission time to `start`, for start-up.
+  /// Sets mission time to `start`. Only for start-up, because mission time may decrease.
   void set(TimeNs start);
   TimeNs now() override;
-  /// The offset from the system's monotonic time to mission time.
+  /// Mission time minus the system's monotonic time, constant between two calls of set().
   [[nodiscard]] TimeNs mission_minus_monotonic() const { return -epoch_; }
-  /// Takes an absolute time, so that the time spent before the call does not accumulate as drift.
+  /// Waits for an absolute time, so that time spent before the call does not accumulate as drift.
   void sleep_until(TimeNs time) override;
   TimeNs processor_time() override;
 

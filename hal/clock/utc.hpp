@@ -1,12 +1,12 @@
-// UTC, if the board has it.
+// Reads UTC from the board's calendar clock.
 #pragma once
 
 #include <cstdint>
 
 namespace ilp {
 
-/// Nanoseconds of UTC since 1958-01-01 without leap seconds, by the board's calendar clock. It may be set or jump, so
-/// it is for start-up only.
+/// Returns the nanoseconds of UTC since 1958-01-01 without leap seconds. The calendar clock may be wrong or jump, so
+/// only start-up calls this function.
 [[nodiscard]] std::int64_t utc_now();
 
 }  // namespace ilp

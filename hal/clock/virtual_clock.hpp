@@ -1,4 +1,4 @@
-// A clock that only the caller advances, for software in the loop.
+// A clock for software in the loop: mission time advances only in sleep_until().
 #pragma once
 
 #include "hal/clock/clock.hpp"

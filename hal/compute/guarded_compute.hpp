@@ -1,4 +1,5 @@
-// A device as long as it answers in time and rightly, then the processor. The bytes are the same; an event tells of it.
+// Uses a compute device while it answers in time and correctly, and the processor after its first fault. The results
+// have the same bytes; an event reports the change.
 #pragma once
 
 #include <array>
@@ -8,25 +9,26 @@
 
 namespace ilp {
 
-/// A row of results, 16 bytes for each pixel.
+/// Limit of ComputeForm::unit_bytes: a row of results with 16 bytes for each pixel.
 inline constexpr std::size_t max_compute_unit_bytes = std::size_t{16} * limits::max_rectified_width;
 
 class GuardedCompute final : public Compute {
  public:
   explicit GuardedCompute(const ComputeForms& forms) : cpu_(forms) {}
 
-  /// Compares the device with the processor on examples of every kind of job, unit by unit, and uses it from then on.
-  /// It waits for the device, so call it before the flight. `outputs` is scratch for the largest output, as `inputs`
-  /// for the largest input. `compute_refused` (a = ComputeFault, b = kind): the device is left, and never used.
+  /// Compares the device with the processor on examples of every kind of job, unit by unit. Uses the device from then
+  /// on if all bytes agree; it outlives this object. The call waits for the device and belongs before the flight.
+  /// `inputs` is scratch with the size of the largest input, `outputs` with that of the largest output. Returns
+  /// `compute_refused` (first value: ComputeFault, second: ComputeKind) if the device is not used.
   Status accept(ComputeDevice& device, std::span<std::byte> inputs, std::span<std::byte> outputs);
-  /// Mission time stands still: ask() waits for the device, so that no minor frame passes meanwhile.
+  /// For flights in virtual time: ask() waits for the device, so that a job ends in the same minor frame in every run.
   void wait_for_answers() { patient_ = true; }
 
   Status submit(const ComputeJob& job) override;
   ComputeProgress ask(ComputeKind kind) override;
   void drop(ComputeKind kind) override;
 
-  /// `compute_ready`, `compute_refused` or `compute_lost` once, then ok.
+  /// Returns `compute_ready`, `compute_refused` or `compute_lost` once after the change that it reports, otherwise ok.
   [[nodiscard]] Status take_updates();
   [[nodiscard]] bool on_device() const override { return device_ != nullptr; }
 
@@ -36,7 +38,7 @@ class GuardedCompute final : public Compute {
   [[nodiscard]] ComputeFault check_unit(ComputeKind kind, std::size_t unit, std::span<const std::byte> input,
                                         std::span<const std::byte> output);
   ComputeProgress ask_device(ComputeKind kind);
-  /// All jobs of the device are begun again on the processor.
+  /// Leaves the device and begins all of its jobs again on the processor.
   void abandon(ComputeKind kind, ComputeFault fault);
 
   struct Place {
@@ -47,7 +49,7 @@ class GuardedCompute final : public Compute {
   CpuCompute cpu_;
   ComputeDevice* device_ = nullptr;
   bool patient_ = false;
-  std::uint64_t checks_ = 0;  ///< jobs that a device has done: each is checked in another unit
+  std::uint64_t checks_ = 0;  ///< jobs done by the device; the processor checks one unit of each, chosen by this number
   Status updates_;
   std::array<Place, compute_kinds> places_{};
   std::array<std::byte, max_compute_unit_bytes> unit_{};

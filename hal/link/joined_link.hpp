@@ -1,4 +1,4 @@
-// Two links as one: receives from both, sends to both.
+// A packet link made of two links: it receives from both and sends to both.
 #pragma once
 
 #include "hal/link/packet_link.hpp"
@@ -9,7 +9,8 @@ class JoinedLink final : public PacketLink {
  public:
   JoinedLink(PacketLink& first, PacketLink& second) : links_{&first, &second} {}
 
-  /// The two take turns, so that a flood on one of them leaves half of the places to the other.
+  /// Each call begins with the link that was not served last, so that a flood on one link leaves half of the calls to
+  /// the other.
   Status receive(std::span<std::uint8_t> buffer, std::size_t& bytes) override {
     received_ = 1 - received_;
     Status status = links_[received_]->receive(buffer, bytes);
@@ -17,7 +18,7 @@ class JoinedLink final : public PacketLink {
     received_ = 1 - received_;
     return links_[received_]->receive(buffer, bytes);
   }
-  /// Returns ok when one of them has taken it.
+  /// Returns ok if at least one link has sent the packet.
   Status send(std::span<const std::uint8_t> packet) override {
     const Status first = links_[0]->send(packet);
     const Status second = links_[1]->send(packet);

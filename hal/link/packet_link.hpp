@@ -1,4 +1,5 @@
-// Packets to and from the ground. The link neither repeats packets nor guarantees their order.
+// Interface of a link that carries packets to and from the ground. The link neither repeats lost packets nor guarantees
+// their order.
 #pragma once
 
 #include <cstddef>
@@ -15,13 +16,15 @@ class PacketLink {
   PacketLink(const PacketLink&) = delete;
   PacketLink& operator=(const PacketLink&) = delete;
 
-  /// The next datagram, which may hold several whole packets, or the next whole packet of a stream. `not_ready` when
-  /// none waits; `capacity_exceeded` for one that is larger than the buffer and is lost. Never blocks.
+  /// Reads the next datagram, which may hold several complete packets, or the next complete packet of a stream. `bytes`
+  /// is its length. Never blocks. Returns `not_ready` if none has arrived, and `capacity_exceeded` for one that does
+  /// not fit into `buffer`; it is lost.
   virtual Status receive(std::span<std::uint8_t> buffer, std::size_t& bytes) = 0;
-  /// Sends one whole packet. `not_ready` when there is no receiver or the link takes no more at present: nothing was
-  /// sent. Never blocks.
+  /// Sends one complete packet. Never blocks. Returns `not_ready` if there is no receiver or the link's queue is full;
+  /// nothing was sent then.
   virtual Status send(std::span<const std::uint8_t> packet) = 0;
-  /// The last received packet was valid: its sender is a ground station, to which a link without connections sends.
+  /// The caller reports that the last received packet was valid. Its sender counts as a ground station from then on; a
+  /// link without connections sends to such stations.
   virtual void accept_sender() {}
 
  protected:

@@ -1,5 +1,5 @@
-// A map in a folder, as `ilp-ground map-tiles` writes it: `directory.ilpm`, and `tile-LAYER-ROW-COLUMN.ilpt` for each
-// tile, with four digits for row and column.
+// Reads and writes a map in a folder, as `ilp-ground map-tiles` makes it. The folder holds `directory.ilpm`, and
+// `tile-LAYER-ROW-COLUMN.ilpt` for each tile, with four digits for row and column.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace ilp {
 
-/// Longest name of a file of a map, with its end.
+/// Capacity for the name of a map's file, with its extension.
 inline constexpr std::size_t max_map_file_name = 32;
 using MapFileName = FixedText<max_map_file_name>;
 inline constexpr const char* map_directory_name = "directory.ilpm";
@@ -19,19 +19,19 @@ inline constexpr const char* map_directory_name = "directory.ilpm";
 
 class DirectoryMapSource final : public MapFolder {
  public:
-  /// `capacity_exceeded` for a path beyond limits::max_path_bytes. Whether the folder has a map is seen when it is
-  /// read.
+  /// Sets the folder, which need not exist yet. Returns `capacity_exceeded` if a file's path would exceed
+  /// limits::max_path_bytes.
   Status open(const char* folder);
-  /// Whether the map's directory is there now; it and the tiles may come later.
+  /// Whether the map's directory exists at present. Directory and tiles may arrive later.
   [[nodiscard]] bool has_directory() const;
-  /// The directory must be signed with this key, which outlives the source. An empty one asks for no signature.
+  /// Sets the key with which the directory must be signed; it outlives the source. Empty: no signature is needed.
   void require_key(std::span<const std::uint8_t> key) { key_ = key; }
 
   Status read_directory(std::span<std::uint8_t> bytes, std::size_t& size) override;
   Status read_tile(const MapTilePlace& place, std::span<std::uint8_t> bytes, std::size_t& size) override;
   [[nodiscard]] std::uint64_t directory_mark() const override;
   [[nodiscard]] std::span<const std::uint8_t> key() const override { return key_; }
-  /// A folder that is missing is made.
+  /// write_directory() and write_tile() make the folder if it is missing.
   Status write_directory(std::span<const std::uint8_t> bytes) override;
   Status write_tile(const MapTilePlace& place, std::span<const std::uint8_t> bytes) override;
   Status erase_tile(const MapTilePlace& place) override;

@@ -1,4 +1,4 @@
-// A source of the vehicle's navigation samples.
+// Interface of a source of the vehicle's navigation samples: pose, velocity and height with standard deviations.
 #pragma once
 
 #include "fsw/base/navigation_sample.hpp"
@@ -12,11 +12,12 @@ class NavigationSource {
   NavigationSource(const NavigationSource&) = delete;
   NavigationSource& operator=(const NavigationSource&) = delete;
 
-  /// A recording has the samples of any time at once. Otherwise they arrive as time passes.
+  /// True for a recording, in which the samples of all times exist from the start. False if samples arrive as time
+  /// passes.
   [[nodiscard]] virtual bool recorded() const = 0;
-  /// The next sample measured at or before `now`. `not_ready` when there is none yet, `end_of_stream` when there will
-  /// be no more. Any other status reports a sample that was left out, and the next call goes on after it. After a
-  /// restart of the software a source may give the same samples again.
+  /// Reads the next sample that was measured at or before `now`. Returns `not_ready` if there is none yet and
+  /// `end_of_stream` if no more will come. Any other status reports a sample that was skipped; the next call continues
+  /// after it. After a restart of the software a source may give the same samples again.
   virtual Status next(TimeNs now, NavigationSample& sample) = 0;
 
  protected:

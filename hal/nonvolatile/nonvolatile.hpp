@@ -1,4 +1,4 @@
-// A few thousand octets that outlive the database, for data that must not be lost with it.
+// Interface of a nonvolatile memory of a few thousand octets, for data that must survive the loss of the database.
 #pragma once
 
 #include <cstddef>
@@ -11,14 +11,16 @@ namespace ilp {
 
 inline constexpr std::size_t max_nonvolatile_bytes = 8000;
 
-/// Holds one content as a whole: after an interrupted write the previous content is read. Reading and writing are
-/// bounded in memory.
+/// Holds one content of up to max_nonvolatile_bytes. After an interrupted write, read() returns the previous content.
+/// Reading and writing take a fixed amount of memory.
 class Nonvolatile {
  public:
-  /// Reads the latest content. `not_found`: nothing was ever written; `record_damaged`: there is no whole copy of what
-  /// was written; `io_error` (a = errno).
+  /// Reads the latest content into the first `bytes` octets of `content`. Returns `not_found` if nothing was ever
+  /// written, `record_damaged` if every written copy is damaged, `capacity_exceeded` (first value: size of the content)
+  /// if `content` is too small, `io_error` (first value: errno) if the medium cannot be read.
   virtual Status read(std::span<std::uint8_t> content, std::size_t& bytes) = 0;
-  /// The content is on the medium when it returns ok. `io_error` (a = errno), `capacity_exceeded`.
+  /// Replaces the content, which is on the medium when the call returns ok. Returns `capacity_exceeded` if the content
+  /// is larger than max_nonvolatile_bytes, `io_error` (first value: errno) if the medium cannot be written.
   virtual Status write(std::span<const std::uint8_t> content) = 0;
 
  protected:

@@ -1,4 +1,4 @@
-// A nonvolatile memory for tests and for flights in virtual time. It lasts as long as the object.
+// A stand-in for nonvolatile memory in tests and flights in virtual time. Its content is lost with the object.
 #pragma once
 
 #include <algorithm>

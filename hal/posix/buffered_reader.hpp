@@ -13,7 +13,7 @@ namespace ilp {
 
 class BufferedReader {
  public:
-  /// Takes a descriptor, which stays the caller's.
+  /// Begins to read a descriptor. The caller closes it.
   void attach(int file) {
     file_ = file;
     begin_ = 0;
@@ -21,14 +21,14 @@ class BufferedReader {
     total_ = 0;
     live_ = false;
   }
-  /// Until the next call, reads of bytes that have not arrived wait `waits` times at most, `wait_ms` each. Then they
-  /// return `not_ready`. Without a call, reads wait for ever.
+  /// Limits how long reads wait for bytes: `waits` times in total until the next call of allow_waits(), `wait_ms` each
+  /// time. After that they return `not_ready`. Without such a call after attach(), reads wait without limit.
   void allow_waits(int waits, int wait_ms) {
     live_ = true;
     waits_ = waits;
     wait_ms_ = wait_ms;
   }
-  /// `end_of_stream` (a = bytes read so far) after the last byte.
+  /// Reads one byte. Returns `end_of_stream` (first value: bytes read since attach()) after the last byte.
   Status next(std::uint8_t& byte) {
     if (begin_ == end_) {
       ILP_TRY(await());
@@ -40,8 +40,8 @@ class BufferedReader {
     ++total_;
     return {};
   }
-  /// Reads until `bytes` is full, from its byte `got` on, or returns `truncated` (a = bytes read, b = bytes wanted).
-  /// After `not_ready`, `got` says how many bytes have arrived.
+  /// Fills `bytes` from index `got` on and advances `got`. Returns `truncated` (first value: `got`, second: size of
+  /// `bytes`) if the file ends earlier. After `not_ready`, a call with the same arguments continues.
   Status fill(std::span<std::uint8_t> bytes, std::size_t& got) {
     while (got < bytes.size()) {
       std::size_t more = std::min(end_ - begin_, bytes.size() - got);
@@ -60,13 +60,14 @@ class BufferedReader {
     }
     return {};
   }
+  /// Fills `bytes` from its beginning.
   Status fill(std::span<std::uint8_t> bytes) {
     std::size_t got = 0;
     return fill(bytes, got);
   }
-  /// Reads the next line of a text, `size` octets, into `text`, with a terminator instead of the line's end. The last
-  /// line may lack its end. `end_of_stream` when no byte is left; `parse_error` (a = capacity) for a line that does not
-  /// fit, which is read to its end. Not for live descriptors.
+  /// Reads the next line of a text, `size` octets, into `text`, with a terminator in place of the newline. The last
+  /// line may lack its newline. Returns `end_of_stream` if no byte is left, and `parse_error` (first value: size of
+  /// `text`) for a line that does not fit; its rest is skipped. Not for use with allow_waits().
   Status line(std::span<char> text, std::size_t& size) {
     size = 0;
     std::uint8_t byte = 0;
@@ -84,6 +85,7 @@ class BufferedReader {
   }
 
  private:
+  /// Waits for bytes within the limit of allow_waits(); returns `not_ready` beyond it.
   Status await() {
     if (!live_ || wait_readable(file_, 0)) return {};
     for (; waits_ > 0; --waits_) {
@@ -96,8 +98,8 @@ class BufferedReader {
   std::array<std::uint8_t, 4096> buffer_{};
   std::size_t begin_ = 0;
   std::size_t end_ = 0;
-  std::int64_t total_ = 0;
-  bool live_ = false;
+  std::int64_t total_ = 0;  ///< bytes read since attach()
+  bool live_ = false;       ///< allow_waits() was called
   int waits_ = 0;
   int wait_ms_ = 0;
 };

@@ -1,4 +1,4 @@
-// The static stack of a thread: its deepest use is measured, and a protected page lies at its end.
+// Prepares a thread's stack in static memory: a protected page ends an overflow, and the deepest use is measured.
 #pragma once
 
 #include <cstddef>
@@ -8,14 +8,14 @@ namespace ilp {
 
 inline constexpr std::size_t stack_page_bytes = 4096;
 
-/// `memory` begins at a page and has whole pages, of which the first one is protected: an overflow ends the program
-/// there, before it damages other data. Call it before the thread begins.
+/// Fills `memory` with a pattern and protects its first page. An overflow of the stack then ends the program before it
+/// damages other data. `memory` begins at a page and has a whole number of pages. Call it before the thread begins.
 void prepare_stack(std::span<std::byte> memory);
-/// What the thread may use of it.
+/// The part of `memory` that the thread may use.
 [[nodiscard]] inline std::span<std::byte> usable_stack(std::span<std::byte> memory) {
   return memory.subspan(stack_page_bytes);
 }
-/// Deepest use so far, bytes.
+/// Deepest use of the stack until now, bytes: everything above the untouched pattern.
 [[nodiscard]] std::size_t stack_peak(std::span<const std::byte> memory);
 
 }  // namespace ilp

@@ -1,12 +1,12 @@
-// Reads decimal numbers from arbitrary text.
+// Reads decimal numbers from untrusted text.
 #pragma once
 
 #include <cstdint>
 
 namespace ilp {
 
-/// Reads digits at `text` and moves past them. Returns false, with `text` somewhere among them, when there is none or
-/// more than `max_digits` (at most 18).
+/// Reads a number of 1 to `max_digits` (at most 18) digits at `text` and moves `text` past it. Returns false if there
+/// is no digit or there are more; `text` then points at or among the digits.
 [[nodiscard]] inline bool read_digits(const char*& text, int max_digits, std::int64_t& value) {
   value = 0;
   int digits = 0;

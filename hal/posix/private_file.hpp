@@ -1,4 +1,4 @@
-// Files of secrets: keys and tokens.
+// Reads files with secrets, such as keys and tokens, and refuses those that other users can read.
 #pragma once
 
 #include <cstddef>
@@ -9,8 +9,9 @@
 
 namespace ilp {
 
-/// Fills `bytes` as far as the file reaches; `size` is the number of bytes read. `not_found`; `io_error` (a = errno,
-/// EINVAL for what is no plain file); `file_not_private` if its permissions let others than the owner use it.
+/// Fills `bytes`, or reads to the end of the file; `size` is the number of bytes read. Returns `not_found` if there is
+/// no file, `io_error` (first value: errno; EINVAL if it is no regular file) if it cannot be read, and
+/// `file_not_private` if its permissions allow any access to others than the owner.
 Status read_private_file(const char* path, std::span<std::uint8_t> bytes, std::size_t& size);
 
 }  // namespace ilp

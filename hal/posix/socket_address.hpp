@@ -1,4 +1,4 @@
-// Converts addresses between our form and the system's.
+// Converts between SocketAddress and the system's sockaddr_in.
 #pragma once
 
 #include <arpa/inet.h>
@@ -21,7 +21,7 @@ inline SocketAddress address_of(const sockaddr_in& address) {
   return {ntohl(address.sin_addr.s_addr), ntohs(address.sin_port)};
 }
 
-/// The system calls take the general type.
+/// Casts an address to the general type that the system calls take.
 inline sockaddr* general(sockaddr_in* address) {
   return reinterpret_cast<sockaddr*>(address);
 }

@@ -1,4 +1,4 @@
-// The checksums of stored data, the same in every backend: of records and of the chunks of blobs. CRC-32C.
+// CRC-32C checksums of stored records and of the chunks of blobs. They are the same in every backend.
 #pragma once
 
 #include <algorithm>
@@ -19,7 +19,8 @@
 namespace ilp {
 namespace detail {
 
-/// Writes the canonical form of a field, which does not depend on the backend; returns its length.
+/// Writes the canonical form of a field and returns its length. The form is the same for all values that a backend may
+/// return for one value that was put.
 inline std::size_t canonical_field(const FieldInfo& field, const std::uint8_t* from, std::uint8_t* to) {
   if (field.type == FieldType::text) {
     const auto length = strnlen(reinterpret_cast<const char*>(from), field.count - 1U);
@@ -47,7 +48,8 @@ inline std::size_t canonical_field(const FieldInfo& field, const std::uint8_t* f
 
 }  // namespace detail
 
-/// Covers the type, the id and all fields. All NaNs are equal, so are the zeros, and texts end at their terminator.
+/// Returns the checksum of the record's type and all fields. All NaNs are equal, 0 and -0 are equal, and texts end at
+/// their terminator.
 [[nodiscard]] inline std::uint32_t record_checksum(const RecordInfo& info, const void* record) {
   std::uint8_t bytes[limits::max_record_bytes + 1];
   std::size_t size = 0;
@@ -59,20 +61,20 @@ inline std::size_t canonical_field(const FieldInfo& field, const std::uint8_t* f
   return crc32c({bytes, size});
 }
 
-/// The identity of the blob is part of the checked data, so that a chunk in another's place is detected.
+/// Identity of a blob. Its checksums include the identity, so that a chunk of another blob is detected.
 struct BlobName {
   RecordType type = RecordType::count;
-  std::size_t index = 0;  ///< index of the blob field among the record's
-  std::int64_t id = 0;
-  std::size_t bytes = 0;  ///< of the whole blob
+  std::size_t index = 0;  ///< index of the blob field among the record's blob fields
+  std::int64_t id = 0;    ///< id of the record
+  std::size_t bytes = 0;  ///< size of the blob
 };
 
 [[nodiscard]] constexpr std::size_t chunk_count(std::size_t blob_bytes) {
   return (blob_bytes + blob_chunk_bytes - 1) / blob_chunk_bytes;
 }
 
-/// The checksum of a chunk, computed from its parts in their order. 0 stands for a chunk that was never written and is
-/// all zeros, so that a new blob needs no work; no other chunk has it.
+/// Computes the checksum of a chunk from its parts in their order. The stored checksum 0 stands for a chunk of zeros
+/// that was never written, so that a new blob needs no work; value() is never 0.
 class ChunkSum {
  public:
   ChunkSum(const BlobName& blob, std::size_t chunk) {
@@ -89,6 +91,7 @@ class ChunkSum {
     if (zeros_) zeros_ = std::all_of(part.begin(), part.end(), [](std::uint8_t byte) { return byte == 0; });
   }
   [[nodiscard]] std::uint32_t value() const { return crc_ != 0 ? crc_ : 1; }
+  /// Whether the chunk has the stored checksum.
   [[nodiscard]] bool matches(std::uint32_t stored) const { return stored == 0 ? zeros_ : stored == value(); }
 
  private:

@@ -1,4 +1,4 @@
-// A store in front of another one.
+// Base class of stores that change some calls of another store.
 #pragma once
 
 #include "hal/store/store.hpp"

@@ -1,12 +1,12 @@
-// The present end of the numbering of a kind of record.
+// Ids of a table: the newest one, the first one of a store epoch, and ids in telecommands.
 #pragma once
 
 #include "hal/store/store_view.hpp"
 
 namespace ilp {
 
-/// Id of the newest record, damaged or not, but at least the number after which ids of this store epoch begin.
-/// Returns faults of the store.
+/// Sets `id` to the id of the newest record, damaged or not, but at least to Store::id_base(). An empty table is no
+/// error. Returns faults of the store.
 template <typename Record>
 Status newest_id(Reader<Record> store, std::int64_t& id) {
   Record record;
@@ -18,15 +18,16 @@ Status newest_id(Reader<Record> store, std::int64_t& id) {
   return damaged || found.is(StatusCode::not_found) ? Status{} : found;
 }
 
-/// A new counter or cursor over the ids of `Record` begins with this store epoch. `AnyStore` is a Store or any
-/// part of one; nothing is read.
+/// Raises a counter of `Record` ids, or a cursor over them, to Store::id_base() if it is smaller. `AnyStore` is a Store
+/// or a part of one. Nothing is read.
 template <typename Record, typename AnyStore>
 void begin_ids(const AnyStore& store, std::int64_t& id) {
   const std::int64_t base = store.id_base(record_type<Record>);
   if (id < base) id = base;
 }
 
-/// Expands a number from a telecommand, which may be a short one of this store epoch or a whole one.
+/// Returns the id that a telecommand names. A number up to Store::id_base() counts within this store epoch; a larger
+/// one is an id.
 template <typename Record, typename AnyStore>
 std::int64_t number_in_store_epoch(const AnyStore& store, std::int64_t number) {
   const std::int64_t base = store.id_base(record_type<Record>);

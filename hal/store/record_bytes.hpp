@@ -1,4 +1,4 @@
-// A record as bytes, through its field table: the common code of the store's backends.
+// Reads ids, numbers and blobs of a record by its field table. All backends of the store use these functions.
 #pragma once
 
 #include <cstdint>
@@ -11,19 +11,22 @@ namespace ilp {
 
 using limits::max_blob_fields;
 
+/// Returns the id, which is the first field of every record.
 [[nodiscard]] inline std::int64_t id_of(const void* record) {
   std::int64_t id = 0;
   std::memcpy(&id, record, sizeof(id));
   return id;
 }
 
+/// Returns the size of a blob that the record states, bytes.
 [[nodiscard]] inline std::uint32_t blob_bytes(const void* record, const FieldInfo& field) {
   Blob blob;
   std::memcpy(&blob, static_cast<const std::uint8_t*>(record) + field.offset, sizeof(blob));
   return blob.bytes;
 }
 
-/// Calls visit(number) with the element at `from` of a field that is no text, as its type; that of a blob is its size.
+/// Calls visit(number) with the element at `from`, in the C++ type of the field type, and returns its result. The
+/// number of a blob is its size. Not for texts.
 template <typename Visit>
 auto visit_number(FieldType type, const void* from, Visit visit) {
   const auto as = [&](auto number) {
@@ -65,7 +68,7 @@ inline void drop_blobs(const RecordInfo& info, void* record) {
   });
 }
 
-/// Index of the blob field, or max_blob_fields when there is none of this name.
+/// Index of the blob field with this name, counted among the blob fields; max_blob_fields: there is none.
 [[nodiscard]] inline std::size_t find_blob(const RecordInfo& info, const char* name) {
   std::size_t found = max_blob_fields;
   for_each_blob(info, [&](const FieldInfo& field, std::size_t index) {

@@ -1,4 +1,4 @@
-// Reads the store in small slices, so that damage is found while the damaged data can still be recovered.
+// Reads the complete store in small slices, so that damage is found while the damaged data can still be recovered.
 #pragma once
 
 #include <cstdint>
@@ -10,27 +10,28 @@
 
 namespace ilp {
 
-/// The position of a round of reading. Value initialisation begins a round.
+/// Position in a round, which reads every table once. Value initialisation begins a round.
 struct ScrubCursor {
-  std::size_t table = 0;                                          ///< RecordType
-  std::int64_t after = std::numeric_limits<std::int64_t>::min();  ///< record that was read last
-  std::size_t blob = 0;                                           ///< of that record, counted from 1; 0: none is left
-  std::size_t offset = 0;                                         ///< in that blob
+  std::size_t table = 0;                                          ///< RecordType as a number
+  std::int64_t after = std::numeric_limits<std::int64_t>::min();  ///< id of the record that was read last
+  std::size_t blob = 0;    ///< number of that record's next blob, from 1; 0: all blobs were read
+  std::size_t offset = 0;  ///< next byte in that blob
 };
 
 /// The result of one slice.
 struct ScrubSlice {
-  /// ok, or the damage that ended the slice: `record_damaged` (a = id, b = RecordType) of a record or of one of its
-  /// blobs, or `store_damaged`, after which the rest of the table is left out. The next slice continues after it.
+  /// The damage that ended the slice, or ok. `record_damaged` (first value: id, second: RecordType) names a record that
+  /// is damaged or has a damaged blob; the next slice continues after that record or blob. After `store_damaged` the
+  /// next slice continues with the next table.
   Status damage;
-  /// ok, or the fault that made reading impossible. The cursor stays, so that the next slice tries again.
+  /// The fault that made reading impossible, or ok. The next slice tries the same position again.
   Status fault;
-  std::uint32_t records = 0;
-  std::size_t bytes = 0;        ///< bytes of records and blobs
-  bool round_complete = false;  ///< the store was read to its end; the next slice begins a round
+  std::uint32_t records = 0;    ///< records that were read
+  std::size_t bytes = 0;        ///< bytes of records and blobs that were read
+  bool round_complete = false;  ///< the last table was read to its end; the next slice begins a round
 };
 
-/// Every table.
+/// May read every table.
 using WholeReader = StoreView<StoreAccess{.reads = mask_of(RecordType::count) - 1}>;
 
 namespace detail {
@@ -44,7 +45,7 @@ inline void scrub_next_table(ScrubCursor& cursor, ScrubSlice& slice) {
   slice.round_complete = true;
 }
 
-/// `where` is the position after the subject of `status`.
+/// Enters a failed read into the slice. `where` is the position after the record or blob that was read.
 inline void scrub_found(const Status& status, ScrubCursor& cursor, const ScrubCursor& where, ScrubSlice& slice) {
   if (status.is(StatusCode::record_damaged)) {
     slice.damage = status;
@@ -106,9 +107,9 @@ inline void scrub_blob(WholeReader store, const RecordInfo& info, std::span<std:
 
 }  // namespace detail
 
-/// Reads until `max_bytes` have been read, damage was found or the round is complete. `scratch` limits the longest
-/// piece read at once and has a few KiB at least; a slice exceeds `max_bytes` by at most one piece or record. Records
-/// that come or go during a round are no fault.
+/// Reads one slice: until `max_bytes` have been read, damage was found or the round is complete. `scratch` holds the
+/// bytes of one read and has at least a few KiB. A slice exceeds `max_bytes` by at most one record or the size of
+/// `scratch`. Records may be put and erased between the slices of a round.
 inline ScrubSlice scrub(WholeReader store, std::size_t max_bytes, std::span<std::uint8_t> scratch,
                         ScrubCursor& cursor) {
   ScrubSlice slice;

@@ -1,4 +1,4 @@
-// What the SQL texts of every database have in common: the names of tables and columns of a record.
+// SQL text that is the same for every database: names of tables and columns, definitions of tables.
 //
 // A record has a column per array element (`name_0`, ...), followed by `record_checksum`. A blob field becomes the
 // column `name_bytes` and a table of its own, `record_name`, so that changing a record never rewrites its blob.
@@ -13,14 +13,16 @@
 
 namespace ilp {
 
-/// The checksum of the whole row. It is no field of the record.
+/// Column with record_checksum() of the row. It is no field of the record.
 inline constexpr const char* checksum_column = "\"record_checksum\"";
 
+/// Columns of a field: 1 for a text, else one for each element.
 [[nodiscard]] inline std::uint16_t column_count(const FieldInfo& field) {
   return field.type == FieldType::text ? std::uint16_t{1} : field.count;
 }
 
-/// Calls visit(field, column, number), from number 0. Names are quoted because some are words of SQL.
+/// Calls visit(field, column, number) for each column but the checksum; numbers count from 0. `column` is the name in
+/// quotes, because some names are words of SQL.
 template <typename Visit>
 void for_each_column(const RecordInfo& info, Visit visit) {
   std::int64_t number = 0;
@@ -36,7 +38,8 @@ void for_each_column(const RecordInfo& info, Visit visit) {
   }
 }
 
-/// Calls visit(field, offset) for the same columns; offset is that of the element in the record.
+/// Calls visit(field, offset) for the same columns in the same order; `offset` is that of the column's element in the
+/// record, in bytes.
 template <typename Visit>
 void for_each_element(const RecordInfo& info, Visit visit) {
   for (std::size_t f = 0; f < info.field_count; ++f) {
@@ -45,13 +48,14 @@ void for_each_element(const RecordInfo& info, Visit visit) {
   }
 }
 
+/// Adds the names of all columns with commas between them; the checksum is last.
 template <std::size_t capacity>
 void add_columns(const RecordInfo& info, FixedText<capacity>& sql) {
   for_each_column(info, [&](const FieldInfo&, const char* column, std::int64_t) { sql.add(column).add(','); });
   sql.add(checksum_column);
 }
 
-/// What follows the values of a new row, so that they replace those of a row with the same id.
+/// Adds the clause after the values of a new row by which they replace those of a row with the same id.
 template <std::size_t capacity>
 void add_replacement(const RecordInfo& info, FixedText<capacity>& sql) {
   sql.add(" ON CONFLICT(id) DO UPDATE SET ");
@@ -61,7 +65,7 @@ void add_replacement(const RecordInfo& info, FixedText<capacity>& sql) {
   sql.add(checksum_column).add("=excluded.").add(checksum_column);
 }
 
-/// `type` gives the database's word for a type of field.
+/// Adds the CREATE TABLE statement. type() returns the database's name of a field's type.
 template <std::size_t capacity>
 void add_table_definition(const RecordInfo& info, const char* (*type)(FieldType), FixedText<capacity>& sql) {
   sql.add("CREATE TABLE \"").add(info.name).add("\"(");
@@ -72,11 +76,12 @@ void add_table_definition(const RecordInfo& info, const char* (*type)(FieldType)
   sql.add(", ").add(checksum_column).add(' ').add(type(FieldType::u32)).add(')');
 }
 
+/// Adds the name of the table that holds the blobs of a field.
 inline void blob_table_name(const RecordInfo& info, const char* field, FixedText<96>& name) {
   name.add(info.name).add('_').add(field);
 }
 
-/// Between two words of a statement.
+/// Adds `before`, the quoted name of the blob field's table, and `behind`.
 template <std::size_t capacity>
 void add_blob_table(const char* before, const RecordInfo& info, const FieldInfo& field, const char* behind,
                     FixedText<capacity>& sql) {
@@ -85,7 +90,8 @@ void add_blob_table(const char* before, const RecordInfo& info, const FieldInfo&
   sql.add(before).add('"').add(name.c_str()).add('"').add(behind);
 }
 
-/// A number that changes with any field of any table; `sql` has room for the definition of one.
+/// Returns a CRC over the definitions of all tables, which changes with any field. `sql` is scratch with the capacity
+/// for the definition of one table.
 template <std::size_t capacity>
 [[nodiscard]] std::uint32_t table_fingerprint(const char* (*type)(FieldType), FixedText<capacity>& sql) {
   auto crc = static_cast<std::uint32_t>(schema_version);

@@ -1,4 +1,5 @@
-// What a store offers to a process that shares it with others, each of which runs a part of the stages.
+// Interface by which processes share a store: each process claims the stages that it runs, and can wait for changes and
+// for the disk.
 #pragma once
 
 #include <cstdint>
@@ -7,41 +8,43 @@
 
 namespace ilp {
 
-/// A set of stages: bit n is that of the component with the number n + 1 (cfg/schedule.hpp).
+/// A set of stages: bit n stands for component number n + 1 (cfg/schedule.hpp).
 using StageMask = std::uint32_t;
 
-/// Beside the Store interface of the same object.
+/// A shared store implements this interface and Store.
 class StoreSharing {
  public:
   StoreSharing() = default;
   StoreSharing(const StoreSharing&) = delete;
   StoreSharing& operator=(const StoreSharing&) = delete;
 
-  /// Reserves stages for this process until it ends or release() is called: a stage that ran in two processes would do
-  /// its work twice. `stage_claimed` (a = number of such a stage's component) reserves none of them.
+  /// Reserves stages for this process until it ends or calls release(), because a stage that ran in two processes would
+  /// do its work twice. Returns `stage_claimed` (first value: component number of a stage) if another process has one
+  /// of them; none is reserved then.
   virtual Status claim(StageMask stages) = 0;
+  /// Releases all stages of this process.
   virtual void release() = 0;
-  /// False after a fault of the connection. The last commit may have been carried out or not, and the stages may be
-  /// those of another process now: step nothing before reconnect() has succeeded and every stage is back at its
-  /// checkpoint.
+  /// False after a fault of the connection. It is then unknown whether the last commit was carried out, and another
+  /// process may have claimed the stages. Step no stage until reconnect() has succeeded and every stage has gone back
+  /// to its checkpoint.
   [[nodiscard]] virtual bool connected() const = 0;
   /// Connects and claims the same stages again. All tables count as changed.
   virtual Status reconnect() = 0;
-  /// What any process has committed before this call outlasts a power cut when it is ok. Within a transaction too. Call
-  /// it before telling anything that was read to somebody outside.
+  /// Waits until all commits of all processes before this call are on the disk, so that a power cut cannot undo them.
+  /// May be called within a transaction. Call it before sending data that was read from the store to the ground.
   virtual Status flush() = 0;
-  /// The same for what this process has committed itself. Outside a transaction. A store whose commits wait for the
-  /// disk themselves has nothing to do.
+  /// Waits until all commits of this process are on the disk. Must be called outside a transaction. Does nothing in a
+  /// store whose commits wait for the disk.
   virtual Status flush_own() { return {}; }
-  /// As flush(), where nothing waits for it: ok too if the connection is lost or the store is busy, because a later
-  /// call makes up for it.
+  /// Calls flush(), and returns ok also if the connection is lost or the store is busy. For callers that need not wait,
+  /// because a later flush() covers the same commits.
   Status flush_or_later() {
     const Status flushed = flush();
     const bool later =
         flushed.is(StatusCode::store_lost) || flushed.is(StatusCode::store_locked) || flushed.is(StatusCode::not_ready);
     return later ? Status{} : flushed;
   }
-  /// Waits until another process may have changed a table, and for this long at most.
+  /// Waits until another process may have changed a table, at most for this time.
   virtual void wait(std::int32_t milliseconds) = 0;
 
  protected:

@@ -1,10 +1,10 @@
-// A part of the store: its holder can access the tables that its type names, and the compiler refuses all others.
+// A part of the store: its type names the tables that its holder can access, and the compiler refuses all others.
 //
 //   Reader<CameraRecord>                                    may read the camera
 //   StorePart<Reads<PoseRecord>, Writes<DepthRecord>>       may read poses, and make depth records
 //
-// A wider part converts to a narrower one, and the whole store to any. The calls are those of store.hpp on a part
-// instead of the store; only amend() differs from put().
+// A part converts to a part with fewer rights, and a Store to any part. The functions are those of store.hpp, with a
+// part in place of the store. A record of another component is replaced with amend() instead of put().
 #pragma once
 
 #include "fsw/base/argument.hpp"
@@ -13,11 +13,11 @@
 
 namespace ilp {
 
-/// The tables of a part of the store, by permitted access.
+/// For each kind of access, the tables that permit it.
 struct StoreAccess {
   RecordMask reads = 0;
-  RecordMask writes = 0;   ///< new records may be put: put()
-  RecordMask changes = 0;  ///< records of another component may be replaced: amend()
+  RecordMask writes = 0;   ///< tables of the holder's own records: put()
+  RecordMask changes = 0;  ///< tables in which it may replace records of another component: amend()
   RecordMask erases = 0;
 
   /// Tables that may be written or erased may also be read.
@@ -77,7 +77,7 @@ class StoreView {
   template <typename Record>
   requires(may_write<Record>) Status put(const Record& record)
   const { return ilp::put(*store_, record); }
-  /// Puts a record that exists already and that another component has made.
+  /// Replaces an existing record that another component has made.
   template <typename Record>
   requires(may_change<Record>) Status amend(const Record& record)
   const { return ilp::put(*store_, record); }
@@ -89,8 +89,8 @@ class StoreView {
   requires(may_erase<Record>) Status erase(std::int64_t id)
   const { return store_->erase(record_info<Record>(), id); }
 
-  /// For a table chosen at run time: the check is then at run time, and `invalid_argument` reports a table outside this
-  /// part.
+  /// get(), next(), last() and read_blob() for a table that is chosen at run time. They return `invalid_argument` if
+  /// the table is not in this part.
   Status get(const RecordInfo& info, std::int64_t id, void* record) const {
     return has(info) ? store_->get(info, id, record)
                      : out_of_range(Argument::table, static_cast<std::uint8_t>(info.type));
@@ -119,7 +119,7 @@ class StoreView {
   Store* store_;
 };
 
-// The calls of store.hpp.
+// The functions of store.hpp for parts of a store.
 template <StoreAccess access, typename Record>
 auto get(StoreView<access> store, std::int64_t id, Record& record) -> decltype(store.get(id, record)) {
   return store.get(id, record);
@@ -156,7 +156,7 @@ auto write_blob(StoreView<access> store, const char* field, std::int64_t id, std
   return store.template write_blob<Record>(field, id, offset, bytes);
 }
 
-// Abbreviations for signatures.
+// Abbreviations for signatures: StorePart<Reads<...>, Writes<...>, ...>.
 template <typename... Records>
 struct Reads {
   static constexpr StoreAccess access{.reads = tables_of<Records...>};

@@ -13,10 +13,11 @@ struct WatchdogOptions {
   int timeout_s = 30;
 };
 
-/// Parses DEVICE or DEVICE:SECONDS. Returns false for other text, or if the seconds are not 1 to 86400.
+/// Parses DEVICE or DEVICE:SECONDS. Returns false if the seconds are not a number from 1 to 86400, or the device's path
+/// is empty or too long.
 [[nodiscard]] bool parse_watchdog(const char* text, WatchdogOptions& options);
 
-/// The kernel calls of the watchdog; a test replaces them. As in POSIX: -1 and errno on failure.
+/// The system calls of the watchdog, which tests replace. They return -1 and set errno on failure.
 struct WatchdogCalls {
   int (*open)(const char* path);
   int (*control)(int file, unsigned long request, int* value);
@@ -28,26 +29,26 @@ struct WatchdogCalls {
 class LinuxWatchdog final : public Watchdog {
  public:
   explicit LinuxWatchdog(const WatchdogCalls& calls = kernel_watchdog_calls()) : calls_(calls) {}
-  /// Leaves it armed: a program that ends without stop() has died.
+  /// Leaves the watchdog armed, because a program that ends without stop() has failed.
   ~LinuxWatchdog();
 
-  /// Opening arms it. `watchdog_refused` (a = errno, b = timeout in s): there is none, another process holds it, or it
-  /// does not take the timeout. In the last case it stays armed with the driver's own timeout and must be kicked,
-  /// because a driver may not allow disarming.
+  /// Opens and thereby arms the watchdog. Returns `watchdog_refused` (first value: errno, second: timeout in s) if
+  /// there is no device, another process holds it, or it refuses the timeout. After a refused timeout the watchdog
+  /// stays armed with the driver's own timeout and must be kicked, because a driver may not allow disarming.
   Status open(const WatchdogOptions& options);
 
   Status kick() override;
   void stop() override;
   [[nodiscard]] bool bitten() const override { return bitten_; }
-  /// Timeout in force, s; 0 when none is known.
+  /// Timeout that the driver reports, s; 0: not reported.
   [[nodiscard]] int timeout_s() const { return timeout_s_; }
 
  private:
   const WatchdogCalls& calls_;
   int file_ = -1;
   int timeout_s_ = 0;
-  bool bitten_ = false;
-  bool failing_ = false;
+  bool bitten_ = false;   ///< the watchdog caused the latest reset of the board
+  bool failing_ = false;  ///< the latest kick() failed and was reported
 };
 
 }  // namespace ilp

@@ -1,5 +1,5 @@
-// The watchdog of the service manager: systemd kills and starts again a service that has not reported for WatchdogSec
-// (sd_notify(3), systemd.service(5)). The protocol is one datagram per report to a UNIX socket.
+// Reports to the service manager's watchdog: systemd kills and restarts a service that has not reported for WatchdogSec
+// (sd_notify(3), systemd.service(5)). A report is one datagram to a UNIX socket.
 #pragma once
 
 #include <sys/socket.h>
@@ -19,14 +19,16 @@ class ServiceWatchdog {
   ServiceWatchdog& operator=(const ServiceWatchdog&) = delete;
   ~ServiceWatchdog();
 
-  /// Takes the manager's socket, the value of NOTIFY_SOCKET: a path, or an abstract name that begins with @. Null or
-  /// empty means that there is no manager, and the other calls do nothing. `watchdog_refused` (a = errno).
+  /// `address` is the value of NOTIFY_SOCKET: a path, or an abstract name that begins with @. With a null pointer or an
+  /// empty text there is no manager, and the other calls do nothing. Returns `watchdog_refused` (first value: errno) if
+  /// the address is invalid or no socket can be made.
   Status open(const char* address);
-  /// The service has started.
+  /// Reports that the service has started.
   Status ready() { return send("READY=1"); }
-  /// The service works: reported at most once in a second of `now`. A failure is returned once, and tried again.
+  /// Reports that the service works, at most once a second by `now`. The next call tries again after a failure, but
+  /// only the first failure in a row is returned.
   Status kick(TimeNs now);
-  /// The service ends in order.
+  /// Reports that the service ends in order.
   void stop() { static_cast<void>(send("STOPPING=1")); }
 
  private:
@@ -35,9 +37,9 @@ class ServiceWatchdog {
   int socket_ = -1;
   sockaddr_un manager_{};
   socklen_t manager_size_ = 0;
-  bool reported_ = false;
-  bool failing_ = false;
-  TimeNs reported_at_ = 0;
+  bool reported_ = false;   ///< `reported_at_` is valid
+  bool failing_ = false;    ///< the latest kick() failed and was reported
+  TimeNs reported_at_ = 0;  ///< time of the latest sent kick
 };
 
 }  // namespace ilp

@@ -1,4 +1,4 @@
-// The board's watchdog, which resets the board when it was not kicked within its timeout.
+// Interface of the board's watchdog, which resets the board if it is not kicked within its timeout.
 #pragma once
 
 #include "fsw/base/status.hpp"
@@ -11,19 +11,19 @@ class Watchdog {
   Watchdog(const Watchdog&) = delete;
   Watchdog& operator=(const Watchdog&) = delete;
 
-  /// Resets the timeout: call it once per minor frame, after the frame's work. A failure is reported once, and every
-  /// call tries again.
+  /// Restarts the timeout. Call it once per minor frame, after the frame's work. Every call tries again after a
+  /// failure, but only the first failure in a row is returned, as `watchdog_refused`.
   virtual Status kick() = 0;
-  /// Disarms it, for an ordered end.
+  /// Disarms the watchdog, for an ordered end of the software.
   virtual void stop() = 0;
-  /// Whether it reset the board before this start.
+  /// Whether the watchdog reset the board before this start.
   [[nodiscard]] virtual bool bitten() const = 0;
 
  protected:
   ~Watchdog() = default;
 };
 
-/// For boards without one.
+/// For boards without a watchdog.
 class NullWatchdog final : public Watchdog {
  public:
   Status kick() override { return {}; }

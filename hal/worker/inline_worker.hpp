@@ -1,4 +1,4 @@
-// Runs a job in the step that hands it over. For virtual time, for processes without a primary, and for tests.
+// A worker whose submit() runs the job. For virtual time, for processes without a primary, and for tests.
 #pragma once
 
 #include "hal/worker/worker.hpp"

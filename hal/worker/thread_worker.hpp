@@ -1,4 +1,4 @@
-// Runs jobs in a thread below the priority of the executive, on a stack of its own.
+// A worker that runs jobs in a thread with a lower priority than the executive, on a stack of its own.
 #pragma once
 
 #include <pthread.h>
@@ -14,30 +14,30 @@ namespace ilp {
 
 struct WorkerStats {
   std::uint64_t jobs = 0;
-  TimeNs busy_ns = 0;  ///< processor time
-  TimeNs longest_ns = 0;
+  TimeNs busy_ns = 0;     ///< processor time of all jobs
+  TimeNs longest_ns = 0;  ///< processor time of the longest job
 };
 
-/// The thread has the ordinary scheduling class and the nice value 10. An executive of the real-time class goes before
-/// it; an executive of the ordinary class gets about ten times its share where both want the same processor.
+/// The thread has the ordinary scheduling class and the nice value 10. An executive of the real-time class preempts the
+/// thread. An executive of the ordinary class gets about ten times the thread's share of a processor that both need.
 class ThreadWorker final : public Worker {
  public:
   explicit ThreadWorker(TimeNs limit_ns = worker_limit_ns) : limit_ns_(limit_ns) {}
 
-  /// `stack` is static, begins at a page and has whole pages (measured_stack.hpp). Call it once, before the heap is
-  /// sealed. Returns an errno, 0 when the thread runs.
+  /// Starts the thread. `stack` is static memory that begins at a page and has whole pages (measured_stack.hpp). Call
+  /// start() once, before the heap is sealed. Returns 0 when the thread runs, else an errno.
   int start(std::span<std::byte> stack);
-  /// Mission time stands still: ask() waits for the job, so that no minor frame passes meanwhile.
+  /// For flights in virtual time: ask() waits for the job, so that a job ends in the same minor frame in every run.
   void wait_for_answers() { patient_ = true; }
-  /// Waits for the job and ends the thread. Returns false, and leaves the thread, if the job is stuck.
+  /// Waits for the job and ends the thread. Returns false if the job is stuck; the thread then goes on.
   bool stop();
 
-  /// `not_ready` also before start() and after stop().
+  /// Returns `not_ready` also before start() and after stop().
   Status submit(const WorkerJob& job) override;
   WorkerProgress ask() override;
   void finish() override;
 
-  /// Of the jobs that were told done.
+  /// Counts of finished jobs. Read them only while no job runs.
   [[nodiscard]] const WorkerStats& stats() const { return stats_; }
 
  private:
@@ -45,7 +45,7 @@ class ThreadWorker final : public Worker {
 
   static void* enter(void* worker);
   void work();
-  /// Processor time of the thread so far.
+  /// Processor time that the thread has used, ns.
   [[nodiscard]] TimeNs used() const;
   [[nodiscard]] bool stuck() const { return used() - begun_ns_ > limit_ns_; }
 
@@ -54,12 +54,12 @@ class ThreadWorker final : public Worker {
   bool patient_ = false;
   pthread_t thread_{};
   clockid_t processor_clock_{};
-  sem_t wake_{};   ///< of the thread: a job, or the end
-  sem_t ended_{};  ///< a job has ended
+  sem_t wake_{};   ///< wakes the thread for a job or for its end
+  sem_t ended_{};  ///< posted when a job has ended
   std::atomic<State> state_{State::idle};
   std::atomic<bool> leaving_{false};
   TimeNs begun_ns_ = 0;  ///< the thread's processor time before the job
-  // The thread's from submit() to the end of the job, which `state_` hands over and back.
+  // These belong to the thread while `state_` is `working`.
   WorkerJob job_;
   WorkerStats stats_;
 };

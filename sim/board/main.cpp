@@ -1,14 +1,15 @@
-// ilp-board-station: the ground station of the emulated board. Keeps every file that comes, and is driven by the lines
-// of its standard input:
+// ilp-board-station: the ground station of the emulated board. Stores every file that it receives, and reads commands
+// from standard input:
 //
-//   captures FIRST_NS INTERVAL_NS COUNT    telecommands for the schedule, a capture each; UTC since 1970
-//   end-strip                              the telecommand STRIPEND
+//   captures FIRST_NS INTERVAL_NS COUNT    schedules COUNT telecommands for a capture each; UTC since 1970
+//   end-strip                              sends the telecommand STRIPEND
 //   quit
 //
-// It prints `held NAME BYTES CRC32 POSITION` for a file before it confirms the file to the board; POSITION counts the
-// entries of the write log by then. `scheduled`, `refused` and `strip ended` answer the lines above.
-// Every two seconds `seconds N` states the mission time, `products N` how many products are on board, and `steps N` how
-// many steps the components that work on images have taken: a flight has nothing left to do when neither changes.
+// It answers with `scheduled`, `refused` or `strip ended`. It prints `held NAME BYTES CRC32 POSITION` before it
+// confirms a file to the board; POSITION is the number of entries in the write log at that time. Every two seconds it
+// prints the mission time as `seconds N`, the number of products on board as `products N`, and the number of steps of
+// the components that process images as `steps N`. The flight has finished its work when products and steps no longer
+// change.
 
 #include <poll.h>
 #include <unistd.h>

@@ -1,4 +1,4 @@
-// The options on a flight that ilp-ground and ilp-ground serve have in common.
+// The command-line options that ilp-ground and ilp-ground serve have in common.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -7,7 +7,7 @@
 
 namespace ilp::ground {
 
-/// --acknowledge, --score, --anchor, --map, --landing-sites and --title.
+/// Adds --acknowledge, --score, --anchor, --map, --landing-sites and --title, which set members of `options`.
 void add_flight_options(CLI::App& app, GroundOptions& options);
 
 }  // namespace ilp::ground

@@ -1,5 +1,5 @@
-// What a run says of the map of a strip, kept in the catalogue: a strip whose map has not changed is not exported
-// again.
+// Serialises what a run reports about the map of a strip. The catalogue keeps these bytes, so that a later run does not
+// export an unchanged map again.
 #pragma once
 
 #include <cstdint>
@@ -13,15 +13,16 @@
 
 namespace ilp::ground {
 
-/// Of all that the files of the map depend on; `map` is the digest of the map.
+/// Digest of everything that the exported files of a map depend on; `map` is the digest of the map itself.
 [[nodiscard]] std::uint64_t map_export_digest(std::uint64_t map, const exports::Georeference& place,
                                               const std::string& suffix, std::size_t max_vertices);
 
-/// Geometry, seams, overview, mean plane, and what export_map has set. `parts`: digests of the results from which a
-/// changed map is exported in part (write_rasters, measure_seams).
+/// Serialises geometry, seams, overview and mean plane of the strip's map, and what export_map has set. `parts`:
+/// digests of the results for parts of the map, which an export of a changed map uses again (write_rasters,
+/// measure_seams).
 [[nodiscard]] std::vector<std::uint8_t> bytes_of_map(const report::StripResult& strip,
                                                      const std::set<std::uint64_t>& parts);
-/// False, with `strip` as it was, where the bytes are not what bytes_of_map gave.
+/// Reads back what bytes_of_map wrote. Returns false and leaves `strip` unchanged if the bytes are damaged.
 [[nodiscard]] bool take_map(std::span<const std::uint8_t> bytes, report::StripResult& strip,
                             std::set<std::uint64_t>& parts);
 

@@ -1,4 +1,4 @@
-// ilp-ground: what came down becomes elevation maps, a surface model, poses and a report.
+// ilp-ground: makes elevation maps, a surface model, poses and a report from downlinked files.
 
 #include <CLI/CLI.hpp>
 #include <chrono>

@@ -87,13 +87,13 @@ void print(const fixes::FixSummary& summary, std::ostream& out) {
       out << "keyframe " << fix.id << ": " << name_of(fix.verdict);
       if (fixes::was_registered(fix)) {
         out << " by " << name_of(fix.sense) << ", evidence " << host::brief(fix.evidence) << " (" << fix.votes << " of "
-            << fix.patches << "), searched by " << name_of(fix.prior);
+            << fix.patches << " patches agree), prior position by " << name_of(fix.prior);
       }
       if (fix.verdict == MapVerdict::fixed) {
         const fixes::ErrorEllipse ellipse = fixes::ellipse_of(fix);
-        out << ", ground at " << host::fixed(fix.ground_m[0], 1) << ", " << host::fixed(fix.ground_m[1], 1) << " m ("
-            << host::brief(ellipse.major_m) << " x " << host::brief(ellipse.minor_m) << "), "
-            << host::brief(fix.pixel_m * std::hypot(fix.shift_px[0], fix.shift_px[1])) << " m ("
+        out << ", ground at " << host::fixed(fix.ground_m[0], 1) << ", " << host::fixed(fix.ground_m[1], 1)
+            << " m (error ellipse " << host::brief(ellipse.major_m) << " x " << host::brief(ellipse.minor_m)
+            << " m, one sigma), " << host::brief(fix.pixel_m * std::hypot(fix.shift_px[0], fix.shift_px[1])) << " m ("
             << host::brief(fix.shift_sigmas) << " sigmas) from the prior, " << name_of(fix.state);
       }
       out << "\n";

@@ -1,11 +1,11 @@
-// ilp-ground merge OUTBOX --out DIR ...: the same results in tasks, on several processors or machines.
+// ilp-ground merge OUTBOX --out DIR ...: computes the results of ilp-ground in tasks on several processors or machines.
 #pragma once
 
 namespace ilp::ground {
 
-/// Becomes the program that runs tasks (sim/tools/cluster/merge.py): it lies beside this one, or where the
-/// package installs it (../share), or where the sources are when this one is in its build folder. `argv[1]` is "merge".
-/// Returns only when it cannot be started.
+/// Replaces the process by the script that runs tasks (sim/tools/cluster/merge.py). The script is searched beside this
+/// program, then where the package installs it (../share), then in the sources whose build folder has this program.
+/// `argv[1]` is "merge". Returns only if the script cannot be started, with exit status 2.
 int merge_main(int argc, char** argv);
 
 }  // namespace ilp::ground

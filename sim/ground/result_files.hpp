@@ -1,5 +1,5 @@
-// The files of a run's results, and those of an earlier run in the same folder, which must not be taken for parts of
-// it.
+// Lists the files of a run's results, and removes those of an earlier run from the same folder, so that nobody takes
+// them for results of this run.
 #pragma once
 
 #include <filesystem>
@@ -12,19 +12,21 @@
 
 namespace ilp::ground {
 
-/// Whether other results have the same: a PFM file, model.ply or the catalogue.
+/// Whether other result files have the same content in another format, or the file can be made again: true for PFM
+/// files, model*.ply and the catalogue.
 [[nodiscard]] bool is_copy(const std::string& name);
-/// All files that the run has written or kept, by their names below the folder; without copies where the report says
-/// so.
+/// Names, relative to the results' folder, of all files that the run has written or kept. Copies (is_copy) are left out
+/// unless `report.with_copies`.
 [[nodiscard]] std::vector<std::string> result_files(const report::Report& report);
-/// Of the map of a strip alone: what export_grid and export_map leave.
+/// The same for the map of one strip: the files of export_grid and export_map. Empty for a strip without a map.
 [[nodiscard]] std::vector<std::string> map_files(const report::StripResult& strip);
 
-/// The pages say what the other files are: without them the results are those of a run that has not ended.
+/// Removes report.json, report.html and viewer.html. A folder without them holds the results of a run that has not
+/// ended.
 void remove_pages(const std::filesystem::path& folder);
 
-/// Removes the files of the earlier run that are none of `files`, and those that carry exactly the names that this
-/// program gives; anything else in the folder stays.
+/// Removes files that are not among `files`, if the record `before` lists them or their names follow the patterns of
+/// this program's results. All other files in the folder stay.
 void remove_other_results(const std::filesystem::path& folder, const std::vector<std::string>& files,
                           const RunRecord& before);
 

@@ -18,22 +18,24 @@ struct Similarity3 {
   Vec3 operator*(const Vec3& x) const { return scale * (rotation * x) + translation; }
 };
 
-/// Least squares over all positions; none for fewer than two positions or coincident ones. On a straight track the turn
-/// about the track is arbitrary: it moves no position.
+/// Least-squares similarity of all positions. Empty for fewer than two positions, or if all coincide. On a straight
+/// track the rotation about the track is arbitrary, because it moves no position.
 [[nodiscard]] std::optional<Similarity3> align_positions(const std::vector<Vec3>& estimates,
                                                          const std::vector<Vec3>& references);
 
-/// The rotation given, only scale and translation fitted: does not forgive a wrong attitude of the whole track.
+/// Fits scale and translation only, for a given rotation, so that a wrong attitude of the whole track remains as an
+/// error.
 [[nodiscard]] std::optional<Similarity3> align_positions(const std::vector<Vec3>& estimates,
                                                          const std::vector<Vec3>& references, const Mat3& rotation);
 
-/// Scale 1: for a track whose scale is known. None for fewer than two positions or coincident ones.
+/// Fits rotation and translation, with scale 1, for a track whose scale is known. Empty as above.
 [[nodiscard]] std::optional<Similarity3> align_rigid(const std::vector<Vec3>& estimates,
                                                      const std::vector<Vec3>& references);
 
-/// Positions and attitudes together, so that the turn about a straight track is determined too: the rotation is the
-/// least-squares one of the centred positions and of every camera's axes drawn `reach` long (reference units: the
-/// flying height, say); scale and translation are those of the positions under that rotation.
+/// Aligns positions and attitudes together, so that the rotation about a straight track is determined as well. The
+/// rotation is the least-squares one of the centred positions and of the axes of every camera, drawn `reach` long (in
+/// the reference's unit, usually the flying height). Scale and translation are then fitted to the positions. Empty as
+/// above.
 [[nodiscard]] std::optional<Similarity3> align_cameras(const std::vector<Vec3>& estimates,
                                                        const std::vector<Mat3>& cam_from_estimate,
                                                        const std::vector<Vec3>& references,
@@ -54,19 +56,19 @@ struct CameraTrack {
   }
 };
 
-/// How far a track is from its reference, camera by camera. The alignment has 7 degrees of freedom: with fewer than
-/// four cameras the errors say little.
+/// Errors of each camera of a track. The alignment has 7 degrees of freedom, so that the errors of fewer than four
+/// cameras say little.
 struct TrackErrors {
-  Similarity3 reference_from_track;  ///< by the positions (align_positions)
-  Mat3 reference_axes_from_track;    ///< by the attitudes (align_attitudes)
+  Similarity3 reference_from_track;  ///< from the positions (align_positions)
+  Mat3 reference_axes_from_track;    ///< from the attitudes (align_attitudes)
   std::vector<Vec3> position;        ///< aligned minus reference centre
-  std::vector<double> rotation_rad;  ///< that is left after the attitudes were aligned
+  std::vector<double> rotation_rad;  ///< remaining angle after the attitudes were aligned
 };
 
-/// None where align_positions has none.
+/// Empty where align_positions is empty. Both tracks have the same cameras in the same order.
 [[nodiscard]] std::optional<TrackErrors> track_errors(const CameraTrack& track, const CameraTrack& reference);
 
-/// Aligned minus reference centres.
+/// Aligned minus reference centre of each camera, in the reference's axes and unit.
 [[nodiscard]] std::vector<Vec3> position_errors(const Similarity3& reference_from_track, const CameraTrack& track,
                                                 const CameraTrack& reference);
 

@@ -1,4 +1,4 @@
-// Tables in text files as people and their spreadsheets save them.
+// Reads tables from text files (CSV with any usual separator), as people and spreadsheets save them.
 #pragma once
 
 #include <filesystem>
@@ -8,30 +8,32 @@
 namespace ilp::host {
 
 struct TextLine {
-  int number = 0;  ///< of the line in the file, from 1
+  int number = 0;  ///< line number in the file, from 1
   std::string text;
 };
 
 struct TextLines {
-  std::vector<TextLine> lines;  ///< as they are, without empty ones and those that begin with #
+  std::vector<TextLine> lines;  ///< unchanged, without empty lines and comments (#)
   bool marked = false;          ///< the file begins with a byte-order mark, which is skipped
 };
 
-/// std::runtime_error where the file cannot be read.
+/// Throws std::runtime_error if the file cannot be read.
 [[nodiscard]] TextLines read_text_lines(const std::filesystem::path& path);
 
 struct CellLine {
-  int number = 0;  ///< of the line in the file, from 1
+  int number = 0;  ///< line number in the file, from 1
   std::vector<std::string> cells;
 };
 
 struct CellFile {
   std::vector<CellLine> lines;
-  bool plain = true;  ///< commas and UTF-8 without a byte-order mark, nothing in quotes
+  bool plain = true;  ///< separated by commas, without a byte-order mark and quotes
 };
 
-/// Commas, semicolons or tabs between the cells, by the first line; with semicolons and tabs a comma in a number is a
-/// decimal point. Blanks around cells and quotes are skipped.
+/// Splits lines into cells. The first line decides whether commas, semicolons or tabs separate them; a later line
+/// changes from commas to semicolons if it has more of these. Where the separator is no comma, a comma in a number is
+/// its decimal point. Blanks around cells are removed. Quotes are removed, and separators between them are text (RFC
+/// 4180).
 [[nodiscard]] CellFile cells_of(const TextLines& text);
 
 }  // namespace ilp::host

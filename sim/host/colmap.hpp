@@ -1,4 +1,4 @@
-// COLMAP text files: cameras (cameras.txt), views and points (images.txt, points3D.txt).
+// Reads and writes COLMAP's cameras.txt, and writes its images.txt and points3D.txt.
 #pragma once
 
 #include <array>
@@ -13,14 +13,14 @@
 
 namespace ilp::host {
 
-/// The one camera of the file: SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV, FULL_OPENCV, OPENCV_FISHEYE,
-/// RADIAL_FISHEYE or SIMPLE_RADIAL_FISHEYE. COLMAP's pixel centres (0.5) are turned into ours (integers).
-/// std::runtime_error says which line is wrong and what was expected; several cameras, and one that flight software
-/// would refuse (focal length, distortion that folds over, view angle) are refused here; the image may be larger than
-/// the flight takes. A comment "# readout_s 0.03" gives the camera a rolling shutter.
+/// Reads the only camera of a file: SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV, FULL_OPENCV,
+/// OPENCV_FISHEYE, RADIAL_FISHEYE or SIMPLE_RADIAL_FISHEYE. The principal point is converted from COLMAP's pixel
+/// centres (0.5) to integers. A comment "# readout_s 0.03" gives the camera a rolling shutter. The image may be larger
+/// than the flight takes. Throws std::runtime_error that names the wrong line and what was expected; also for several
+/// cameras, and for one that flight software would refuse (focal length, distortion that folds over, view angle).
 CameraModel read_colmap_camera(const std::filesystem::path& path);
-/// "1 PINHOLE 640 480 550 550 320 240" and the end of the line: the simplest of PINHOLE, OPENCV, FULL_OPENCV and
-/// OPENCV_FISHEYE that says all.
+/// The line of a camera with its end of line: "1 PINHOLE 640 480 550 550 320 240". Its model is the simplest of
+/// PINHOLE, OPENCV, FULL_OPENCV and OPENCV_FISHEYE that holds all parameters.
 [[nodiscard]] std::string colmap_camera_line(const CameraModel& camera);
 void write_colmap_camera(const std::filesystem::path& path, const CameraModel& camera);
 
@@ -44,16 +44,16 @@ struct ColmapPoint {
   Vec3 position = Vec3::Zero();
   std::uint8_t grey = 128;
   double error_px = 0;
-  std::vector<std::pair<std::int64_t, std::size_t>> track;  ///< id of a view, index of the observation there
+  std::vector<std::pair<std::int64_t, std::size_t>> track;  ///< id of a view, index in its `seen`
 };
 
-/// All views have camera 1; the id of a point is its index + 1.
+/// A model whose views all have camera 1. The id of a point is its index + 1.
 struct ColmapText {
   std::vector<ColmapView> views;
   std::vector<ColmapPoint> points;
 };
 
-/// Throws std::runtime_error when a file cannot be written.
+/// Writes images.txt and points3D.txt. Throws std::runtime_error if a file cannot be written.
 void write_colmap_text(const ColmapText& model, const std::filesystem::path& folder);
 
 }  // namespace ilp::host

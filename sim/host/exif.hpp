@@ -1,4 +1,4 @@
-// What a photograph says of itself: Exif (CIPA DC-008) and the gimbal's angles in XMP, read by exiv2.
+// Reads the metadata of a photograph: Exif (CIPA DC-008) and the gimbal's angles in XMP, by exiv2.
 #pragma once
 
 #include <filesystem>
@@ -7,9 +7,8 @@
 
 namespace ilp::host {
 
-/// Fills in everything of `facts` but the size and the depth of the image, which must be there already. Numbers are
-/// those of the file's fractions; a fraction over 0 is unknown. A file without such tags, or with damaged ones, leaves
-/// what it does not say unknown. Throws nothing of its own.
+/// Fills in all members of `facts` except width, height and `deep`, which must be set before. A member stays empty if
+/// its tag is missing or damaged, or is a fraction with the denominator 0. Throws nothing of its own.
 void read_exif(const std::filesystem::path& path, PhotographFacts& facts);
 
 }  // namespace ilp::host

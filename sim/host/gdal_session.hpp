@@ -1,4 +1,4 @@
-// GDAL, set up once by a process; its messages become exceptions instead of lines on the terminal.
+// Sets GDAL up for a process, keeps its messages off the terminal, and makes exceptions of them.
 #pragma once
 
 #include <gdal_priv.h>
@@ -9,8 +9,9 @@
 
 namespace ilp::host {
 
-/// Registers drivers, bounds the block cache, and catches messages while it lives. A program that flies registers the
-/// drivers of rasters only: others use SQLite as soon as they are registered, and the flight configures it first.
+/// Registers drivers and bounds the block cache (64 MiB). GDAL prints no messages while the object exists. A program
+/// that flies registers raster drivers only: some other drivers use SQLite on registration, before the flight could
+/// configure it.
 class GdalSession {
  public:
   explicit GdalSession(void (*register_drivers)() = GDALAllRegister);
@@ -24,7 +25,7 @@ struct DatasetCloser {
 };
 using Dataset = std::unique_ptr<GDALDataset, DatasetCloser>;
 
-/// `what` with GDAL's last message.
+/// An exception with the text `what` and GDAL's last message.
 [[nodiscard]] std::runtime_error gdal_error(const std::string& what);
 
 }  // namespace ilp::host

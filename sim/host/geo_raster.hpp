@@ -1,5 +1,5 @@
-// One-band rasters of heights or brightness: GeoTIFF (OGC 19-008r4) and grey PNG, read and written by GDAL.
-// Every function throws std::runtime_error that names the file and what was expected.
+// Reads rasters of heights or brightness with one band from GeoTIFF (OGC 19-008r4) and grey PNG, and writes GeoTIFF, by
+// GDAL. Every function throws std::runtime_error that names the file and what was expected.
 #pragma once
 
 #include <filesystem>
@@ -10,27 +10,28 @@
 
 namespace ilp::host {
 
-/// Where the pixels lie: (x, y) of the centre of the first row's first pixel, and the distance between centres, both
-/// positive; y falls from row to row. Metres.
+/// Position of a raster in m: (x, y) is the centre of the first pixel of the first row. The spacings between pixel
+/// centres are positive; y decreases from row to row.
 struct RasterPlace {
   double x = 0, y = 0;
   double spacing_x = 1, spacing_y = 1;
 };
 
 struct GeoRaster {
-  Raster<float> values;  ///< not a number where the file has no value, declared or not
-  std::optional<RasterPlace> place;
+  Raster<float> values;              ///< NaN where the value is missing (HeightUnits::is_missing)
+  std::optional<RasterPlace> place;  ///< empty for a PNG, and for a TIFF without georeference
 };
 
-/// TIFF or PNG, recognised by content.
+/// Whether the file is a TIFF or PNG, recognised by content.
 [[nodiscard]] bool is_raster_file(const std::filesystem::path& path);
 
-/// One band of integers or of floating-point numbers, in metres by their scale, offset and unit (height_units.hpp); a
-/// plane in feet becomes one in metres. Refused: colour, several bands, rotated rasters, degrees instead
-/// of metres, damaged files. A PNG has no place.
+/// Reads a band of integers or floating-point numbers and converts values to metres by scale, offset and unit
+/// (height_units.hpp), and coordinates in feet to metres. Refuses colour, several bands, rotated rasters, coordinates
+/// in degrees, and damaged files.
 [[nodiscard]] GeoRaster read_raster(const std::filesystem::path& path);
 
-/// Deflate; a local engineering system of coordinates in metres. Values that are not numbers are declared missing.
+/// Writes a band of floats with Deflate compression, in a local engineering coordinate system in metres. NaN is
+/// declared as the missing value.
 void write_geotiff(const std::filesystem::path& path, ImageView<const float> values, const RasterPlace& place);
 
 }  // namespace ilp::host

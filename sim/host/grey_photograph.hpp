@@ -1,4 +1,4 @@
-// Photographs as grey images of 8 bits with as many pixels as the flight takes.
+// Converts photographs to 8-bit grey images that are small enough for the flight.
 #pragma once
 
 #include <filesystem>
@@ -9,21 +9,22 @@
 
 namespace ilp::host {
 
-/// The 16-bit values that become 0 and 255.
+/// The sample values that become 0 and 255.
 struct GreyRange {
   double black = 0, white = 255;
 };
-/// The range of photographs of more than 8 bits: a thousandth of the pixels lies beyond each end. Some of them, evenly
-/// chosen, stand for many; damaged ones do not count.
+/// Common range of photographs with more than 8 bits: 0.1 % of the pixels lie beyond each end. Uses at most 31
+/// of the photographs, evenly chosen, and skips damaged ones.
 [[nodiscard]] GreyRange grey_range(const std::vector<std::filesystem::path>& deep);
 
-/// How many pixels, in x and in y, have to become one so that the flight takes the image.
+/// Smallest binning factor (pixels in x and in y that become one) with which the flight takes the image; at least 1.
 [[nodiscard]] int binning_for(int width, int height);
 
-/// Means of blocks of pixels; a rest at the right and lower border is left out. `range` counts for more than 8 bits.
+/// Mean grey of blocks of `binning` x `binning` pixels. Incomplete blocks at the right and lower border are left out.
+/// `range` is used for photographs with more than 8 bits only.
 [[nodiscard]] Raster<std::uint8_t> grey_of(const Photograph& photograph, int binning, const GreyRange& range);
 
-/// Whether the flight's camera can decode the file, by its first bytes, whatever its name.
+/// Whether the first bytes are those of PNG or binary PGM, which the flight's camera decodes. The name is ignored.
 [[nodiscard]] bool is_png_or_pgm(const std::filesystem::path& file);
 
 }  // namespace ilp::host

@@ -1,4 +1,4 @@
-// What the numbers of a raster of heights mean: one rule for all programs that read terrain models of others.
+// Converts the numbers of a height raster to metres: one rule for all programs that read terrain models.
 #pragma once
 
 #include <gdal_priv.h>
@@ -7,23 +7,23 @@
 
 namespace ilp::host {
 
-/// Height in metres = `metres` * number + `offset_m`, unless the number stands for no height.
+/// Height in metres = `metres` * number + `offset_m`, unless the number marks a missing height.
 struct HeightUnits {
   double metres = 1, offset_m = 0;
   bool missing_declared = false;
-  float missing = 0;
+  float missing = 0;  ///< the declared number for a missing height
   bool plain = true;  ///< no scale and no offset
 
-  /// The declared value. Where none is declared and numbers are heights as they stand, also -9999, -32767 and -32768,
-  /// which programs write and forget to declare. Numbers near the largest float, and what is no number.
+  /// True for NaN, for magnitudes of 1e30 and more, and for the declared number. If none is declared and `plain` is
+  /// set, also for -9999, -32767 and -32768, which programs write and forget to declare.
   [[nodiscard]] bool is_missing(float number) const;
 };
 
-/// By scale, offset and unit of the band. Heights that state no unit have that of the coordinate system: metres, or
-/// feet on the plane of a country that measures so. std::runtime_error names the file and a unit that is not known.
+/// Reads scale, offset and unit of the first band. Heights without a unit have the linear unit of a projected
+/// coordinate system, else metres. Throws std::runtime_error that names the file, for an unknown unit or a scale of 0.
 [[nodiscard]] HeightUnits height_units(const std::filesystem::path& path, GDALDataset& file);
 
-/// Metres per unit of the coordinate system's axes; 1 where it states none.
+/// Metres per unit of the coordinate system's axes; 1 if no unit is stated, and for coordinates in degrees.
 [[nodiscard]] double metres_per_axis_unit(GDALDataset& file);
 
 }  // namespace ilp::host

@@ -1,4 +1,4 @@
-// Files of keys as the flight has them: telecommands are sealed with a key, maps are signed with the first one.
+// Reads the flight's key files on the ground. A key seals telecommands; the first key of a file signs maps.
 #pragma once
 
 #include <cstdint>
@@ -12,9 +12,10 @@ struct FileKey {
   std::vector<std::uint8_t> octets;
 };
 
-/// The key of this SPI; 0: the first one of the file. Its lines are `SPI KEY`, the SPI from 1 to 65535, the key in
-/// hexadecimal; `#` begins a comment. std::runtime_error names the file and says what is wrong: others may read it, it
-/// has more than 4 KiB, a line before the key is no key, or there is no such key.
+/// Reads the key with this SPI, or the first key for an SPI of 0. A line is `SPI KEY`: an SPI from 1 to 65535, and a
+/// key of 16 to 64 octets in hexadecimal. `#` begins a comment. Throws std::runtime_error that names the file if it
+/// cannot be read, if other users may read it, if it has 4 KiB or more, if a line before the key is malformed, or if
+/// there is no such key.
 [[nodiscard]] FileKey read_key_file(const std::filesystem::path& path, std::uint16_t spi = 0);
 
 }  // namespace ilp::host

@@ -1,22 +1,23 @@
-// Longitudes have no ends: everything that averages, compares or boxes them goes through these functions.
+// Arithmetic of longitudes that is correct across the 180-degree meridian. All code that averages, compares or bounds
+// longitudes uses it.
 #pragma once
 
 #include <span>
 
 namespace ilp::host {
 
-/// The same meridian, within half a turn of `reference_deg`.
+/// The longitude of the same meridian that lies within 180 degrees of `reference_deg`.
 [[nodiscard]] double longitude_near(double longitude_deg, double reference_deg);
 
-/// The shortest arc that holds all of them. Both ends are from -180 to 180 degrees; `west_deg` is larger than
-/// `east_deg` where the arc crosses 180 (RFC 7946, 5.2).
+/// An arc of longitudes with ends from -180 to 180 degrees. `west_deg` is larger than `east_deg` if the arc crosses the
+/// 180-degree meridian (RFC 7946, 5.2).
 struct LongitudeArc {
   double west_deg = 0, east_deg = 0;
-  /// Degrees from west to east.
+  /// Length from west to east.
   [[nodiscard]] double width_deg() const;
   [[nodiscard]] double middle_deg() const;
 };
-/// Of one longitude or more; of none an arc of nothing at 0.
+/// The shortest arc that contains all longitudes; an arc of length 0 at 0 degrees if there are none.
 [[nodiscard]] LongitudeArc longitude_arc(std::span<const double> longitudes_deg);
 
 }  // namespace ilp::host

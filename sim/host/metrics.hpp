@@ -1,4 +1,4 @@
-// The numbers of a flight's score: what they are called, and what they are at best.
+// Lists the metrics of a flight's score with labels and ideal values.
 #pragma once
 
 #include <span>
@@ -7,16 +7,16 @@
 namespace ilp::host {
 
 struct Metric {
-  const char* key;    ///< in `summary` of score.json
-  const char* group;  ///< heading; empty: not shown in tables of one flight
+  const char* key;    ///< name in `summary` of score.json
+  const char* group;  ///< heading in tables; empty: not shown in tables of one flight
   const char* label;  ///< with its unit
-  const char* ideal;  ///< the value of a flight without error; empty where there is no such thing
+  const char* ideal;  ///< value of a flight without errors; empty if there is none
 };
 
-/// The table of metrics.inc, in the order of reading; metrics of a group stand together.
+/// The table of metrics.inc, in the order of display. Metrics of a group are adjacent.
 [[nodiscard]] std::span<const Metric> metrics();
 
-/// A score's value: whole numbers without decimals, others to about three digits, a dash for what is not known.
+/// Text of a score's value: integers without decimals, others with about three significant digits, a dash for NaN.
 [[nodiscard]] std::string score_text(double value);
 
 }  // namespace ilp::host

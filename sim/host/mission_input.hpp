@@ -1,4 +1,4 @@
-// Mission parameters of programs that run the flight's components.
+// Reads mission files for host programs, and words the errors in their entries.
 #pragma once
 
 #include <string>
@@ -8,21 +8,21 @@
 
 namespace ilp::host {
 
-/// `mission`, changed as the file says; an empty name is no file. std::runtime_error names the file and, where one
-/// entry of it is wrong, the entry with the range or the nearest name.
+/// Returns `mission` with the values of the file; unchanged for an empty file name. Throws std::runtime_error that
+/// names the file and, if an entry is wrong, the entry with its range or the nearest parameter name.
 [[nodiscard]] MissionParameters read_mission(const std::string& file, MissionParameters mission = {});
 
-/// std::runtime_error, as of read_mission, for a file that no flight takes. Whether its values contradict those of a
-/// flight, only the flight knows.
+/// Throws as read_mission does for a file that no flight accepts. Contradictions between parameters are not checked,
+/// because they depend on the other parameters of the flight.
 void check_mission_lines(const std::string& file);
 
-/// What is said of a parameter's key that does not exist, with the nearest one and its section.
+/// Error text for an unknown key, with the nearest known key and its section.
 [[nodiscard]] std::string unknown_parameter(const std::string& key);
 
-/// What is said of a value that the parameter cannot have: its range or its choices.
+/// Error text for a value that the parameter cannot have, with its range or its choices.
 [[nodiscard]] std::string fault_of_value(const ParameterInfo& info, const std::string& value);
 
-/// section.key of every parameter, in the order of their numbers.
+/// `section.key` of every parameter, in the order of the parameter numbers.
 [[nodiscard]] std::vector<std::string> parameter_names();
 
 }  // namespace ilp::host

@@ -1,4 +1,4 @@
-// Runs independent pieces of work on all cores of the host.
+// Runs independent tasks on all cores of the host.
 #pragma once
 
 #include <algorithm>
@@ -12,8 +12,8 @@
 namespace ilp::host {
 
 /// Calls work(k) once for every k in [0, count), in any order, from `threads` threads (0: one per core, 16 at most).
-/// The first exception stops the others and is thrown here. Results that each k writes to a place of its own do not
-/// depend on the number of threads.
+/// After an exception no further k begins; the first exception is thrown to the caller. Results do not depend on the
+/// number of threads if each k writes to its own memory.
 template <typename Work>
 void for_each_parallel(std::size_t count, Work work, std::size_t threads = 0) {
   std::atomic<std::size_t> next{0};

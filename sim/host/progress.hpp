@@ -1,4 +1,4 @@
-// Reports the progress of long work to a person who waits.
+// Reports the progress of long work to the user of a program.
 #pragma once
 
 #include <chrono>
@@ -8,31 +8,32 @@
 
 namespace ilp::host {
 
-/// A terminal has one line that is rewritten; a file or a pipe gets a whole line now and then.
+/// `rewritten`: one line of a terminal is rewritten. `lines`: a file or a pipe gets a new line from time to time.
 enum class ProgressStyle { rewritten, lines };
 
-/// Rewritten if `messages` is the error stream of a terminal.
+/// `rewritten` if `messages` is std::cerr on a terminal, else `lines`.
 [[nodiscard]] ProgressStyle progress_style(const std::ostream& messages);
 
-/// `merging: 12 of 70, about 8 s left`. The estimate takes all pieces to be as long as those done in `elapsed_s`
-/// seconds; without any, and with all of them done, there is none. With `all` 0 the number of pieces is not known.
+/// `merging: 12 of 70, about 8 s left`. The estimate assumes that the other steps take as long as the `done` steps took
+/// in `elapsed_s` seconds. It is left out if no step or every step is done. `all` is 0 if the number of steps is not
+/// known.
 [[nodiscard]] std::string progress_text(const std::string& what, std::size_t done, std::size_t all, double elapsed_s);
 
-/// The line of work in pieces. Short work has none.
+/// Reports the progress of work in steps. Short work reports nothing.
 class Progress {
  public:
   Progress(std::ostream& messages, std::string what) : Progress(messages, std::move(what), progress_style(messages)) {}
   Progress(std::ostream& messages, std::string what, ProgressStyle style);
-  /// A copy reports for itself.
+  /// A copy has its own clock and line.
   Progress(const Progress& other) : Progress(other.messages_, other.what_, other.style_) {}
   Progress& operator=(const Progress&) = delete;
   ~Progress() { end(); }
 
-  /// `done` of `all` pieces are finished, now.
+  /// Reports that `done` of `all` steps are finished now.
   void operator()(std::size_t done, std::size_t all) { update(done, all, seconds_since_begin()); }
-  /// The same `elapsed_s` seconds after the work began.
+  /// Reports the same at `elapsed_s` seconds after the begin of the work.
   void update(std::size_t done, std::size_t all, double elapsed_s);
-  /// Clears the line of a terminal, for what comes next.
+  /// Clears the line of a terminal for other messages.
   void end();
 
  private:
@@ -46,7 +47,8 @@ class Progress {
   bool open_ = false;
 };
 
-/// For work in phases: names the phase that begins, unless the work has begun a few seconds ago only.
+/// Reports work in phases: a call names the phase that begins. A terminal shows every phase; a file or a pipe gets
+/// those that begin 3 s or more after the work.
 class LongPhases {
  public:
   explicit LongPhases(std::ostream& messages) : messages_(messages), style_(progress_style(messages)) {}

@@ -1,4 +1,4 @@
-// An image or grid that owns its samples.
+// An image or grid that owns its samples, and colours.
 #pragma once
 
 #include <algorithm>
@@ -10,7 +10,7 @@
 
 namespace ilp::host {
 
-/// Row-major, rows contiguous.
+/// Samples are row-major without gaps; (0, 0) is the first. Indices are not checked.
 template <typename T>
 struct Raster {
   std::int32_t width = 0;
@@ -35,7 +35,7 @@ struct Raster {
   [[nodiscard]] ImageView<const T> view() const { return {samples.data(), width, height}; }
 };
 
-/// The part that begins at column x, row y; all of it lies inside.
+/// Copies the part with the first sample (x, y), which must lie inside the raster.
 template <typename T>
 [[nodiscard]] Raster<T> part_of(const Raster<T>& raster, std::int32_t x, std::int32_t y, std::int32_t width,
                                 std::int32_t height) {

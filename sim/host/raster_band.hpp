@@ -1,5 +1,5 @@
-// One band of a raster file of any size and any format that GDAL reads, with its place, units, scale and missing
-// values.
+// Reads a raster file of one band, of any size and any format that GDAL reads, in blocks, with georeference, units,
+// scale and missing values.
 #pragma once
 
 #include <array>
@@ -12,29 +12,29 @@
 
 namespace ilp::host {
 
-/// Affine: x = t[0] + column t[1] + row t[2], y = t[3] + column t[4] + row t[5]; (0, 0) is the corner of the first
-/// pixel, as GDAL has it.
+/// GDAL's affine transform t: x = t[0] + column * t[1] + row * t[2], y = t[3] + column * t[4] + row * t[5]. Column and
+/// row 0 are the outer corner of the first pixel.
 using GeoTransform = std::array<double, 6>;
 
 class RasterBand {
  public:
   enum class Content { heights, brightness };
 
-  /// std::runtime_error names the file and says what is wrong: no raster, several bands, fewer than two pixels a side,
-  /// no position, an unknown unit of heights. A brightness has any unit.
+  /// Opens the file. Throws std::runtime_error that names the file if it is no raster, has several bands, fewer than
+  /// two pixels a side or no georeference, or if heights have an unknown unit. The unit of brightness is ignored.
   RasterBand(std::filesystem::path path, Content content);
 
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
   [[nodiscard]] std::int32_t columns() const { return columns_; }
   [[nodiscard]] std::int32_t rows() const { return rows_; }
   [[nodiscard]] const GeoTransform& transform() const { return transform_; }
-  /// Null where the file states no coordinate system.
+  /// Null if the file states no coordinate system.
   [[nodiscard]] const OGRSpatialReference* system() const;
-  /// The band's unit as the file writes it.
+  /// The band's unit as written in the file; may be empty.
   [[nodiscard]] std::string unit() const { return dataset_->GetRasterBand(1)->GetUnitType(); }
 
-  /// `width` x `height` cells of `factor` x `factor` pixels, each with the mean of its pixels (by GDAL), from the pixel
-  /// (x, y) on; all lie inside. Heights are metres; NaN where nothing is known. Not from several threads at once.
+  /// Reads `width` x `height` cells from pixel (x, y) on. A cell is the mean of `factor` x `factor` pixels, which must
+  /// lie inside the file. Heights are in metres; NaN where all pixels of a cell are missing. Not thread-safe.
   [[nodiscard]] Raster<float> read(std::int32_t x, std::int32_t y, std::int32_t width, std::int32_t height,
                                    std::int32_t factor);
 

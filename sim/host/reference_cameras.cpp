@@ -99,7 +99,8 @@ void write_reference_cameras(const std::filesystem::path& path, const std::strin
   out << "# " << title << "\n# name width height fx fy cx cy r11 r12 r13 r21 r22 r23 r31 r32 r33 Cx Cy Cz\n";
   for (const ReferenceCamera& c : cameras) {
     if (c.name.empty() || c.name[0] == '#' || c.name.find_first_of(" \t\r\n") != std::string::npos) {
-      throw std::runtime_error(path.string() + ": '" + c.name + "' cannot stand as a name in this format");
+      throw std::runtime_error(path.string() + ": '" + c.name +
+                               "' is no valid image name: it must not be empty, begin with # or contain blanks");
     }
     out << c.name << ' ' << c.camera.width << ' ' << c.camera.height;
     for (const double value : {c.camera.fx, c.camera.fy, c.camera.cx, c.camera.cy}) put(out, value);

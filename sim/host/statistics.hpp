@@ -5,15 +5,16 @@
 
 namespace ilp::host {
 
-/// The value that a share `p` in [0,1] of the sample lies below; NaN for an empty sample.
+/// The `p` quantile, `p` in [0, 1], by nearest rank without interpolation; NaN for an empty sample.
 [[nodiscard]] double percentile(std::vector<double> sample, double p);
+/// percentile(sample, 0.5): of two middle values, the larger one.
 [[nodiscard]] double median(std::vector<double> sample);
 
 struct ErrorSummary {
   std::size_t count = 0;
   double mean = 0, rms = 0, max = 0, median = 0;
 };
-/// Summarises errors, all of which are non-negative.
+/// Summarises non-negative errors. All numbers are 0 for no errors.
 [[nodiscard]] ErrorSummary summarise(const std::vector<double>& errors);
 
 }  // namespace ilp::host

@@ -1,4 +1,4 @@
-// Flight statuses and events as host errors and in words for the operator.
+// Converts flight statuses to exceptions, and statuses and events to text for the operator.
 #pragma once
 
 #include <string>
@@ -8,20 +8,20 @@
 
 namespace ilp::host {
 
-/// The text of the status list with its values filled in.
+/// The text of the status list (fsw/base/status_list.inc) with the status's values filled in.
 [[nodiscard]] std::string status_sentence(const Status& status);
-/// The same, and what to do.
+/// status_sentence, and in parentheses what to do.
 [[nodiscard]] std::string describe(const Status& status);
-/// Throws std::runtime_error("WHAT: ...") unless the status is ok.
+/// Throws std::runtime_error("WHAT: DESCRIPTION") unless the status is ok.
 void require(const Status& status, const std::string& what);
 
-// Statuses and verdicts in words for the operator.
+// Events as text.
 
-/// Name, text and advice of an event's code; a code from another software version is named by its number.
+/// Name, text and advice for an event's code. A code that this version does not know is given as a number.
 [[nodiscard]] std::string event_name(std::uint16_t code);
 [[nodiscard]] std::string event_sentence(const EventRecord& event);
 [[nodiscard]] std::string event_advice(std::uint16_t code);
-/// The number is that of an event's reporter.
+/// Name of the component that reported an event, from its number in the event.
 [[nodiscard]] std::string component_name(std::uint64_t number);
 [[nodiscard]] const char* severity_name(std::uint8_t severity);
 

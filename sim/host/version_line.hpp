@@ -1,4 +1,4 @@
-// What `--version` of a program says.
+// The text that `--version` of a program prints.
 #pragma once
 
 #include <string>

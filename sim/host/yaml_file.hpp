@@ -1,4 +1,4 @@
-// A YAML document as a tree. A build without libyaml reads none, and says so.
+// Reads a YAML document as a tree. A build without libyaml throws std::runtime_error instead.
 #pragma once
 
 #include <map>
@@ -9,17 +9,19 @@
 
 namespace ilp::host {
 
-/// ASCII.
+/// ASCII letters in lower case.
 [[nodiscard]] std::string lower_case(std::string text);
 
+/// A node of the document.
 struct YamlTree {
   std::string scalar;
   bool is_scalar = false;
-  std::map<std::string, std::size_t> members;  ///< of a mapping, by key in lower case: index of the node
-  std::vector<std::size_t> items;              ///< of a sequence
+  std::map<std::string, std::size_t> members;  ///< mapping: key in lower case to index of the node
+  std::vector<std::size_t> items;              ///< sequence: indices of the nodes
 };
 
-/// Keys are found in either case. std::runtime_error names a key that is missing, or whose value is of another kind.
+/// A node with access by key. Upper and lower case of keys are equal. Functions throw std::runtime_error that names a
+/// key that is missing (except `find`) or has a value of another type.
 class YamlNode {
  public:
   YamlNode(const std::vector<YamlTree>& nodes, std::size_t index, std::string key)
@@ -30,7 +32,7 @@ class YamlNode {
   [[nodiscard]] std::string text() const;
   [[nodiscard]] double number() const;
   [[nodiscard]] std::vector<double> numbers() const;
-  /// The numbers of `data`, of which there are `rows` times `cols`.
+  /// The numbers of the member `data` (OpenCV's matrices); throws unless their count is `rows` times `cols`.
   [[nodiscard]] std::vector<double> matrix() const;
 
  private:
@@ -41,7 +43,7 @@ class YamlNode {
 
 class YamlFile {
  public:
-  /// std::runtime_error names the line that is no YAML.
+  /// Parses the text. Throws std::runtime_error that names the line of an error.
   explicit YamlFile(const std::string& text);
   [[nodiscard]] YamlNode root() const { return {nodes_, 0, "the document"}; }
 

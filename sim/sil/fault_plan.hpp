@@ -1,4 +1,4 @@
-// What goes wrong in a simulated flight. Everything is off by default, and each fault works alone.
+// The faults to inject into a simulated flight. All are off by default, and each works without the others.
 #pragma once
 
 #include <cstdint>
@@ -9,21 +9,21 @@
 
 namespace ilp::sil {
 
-/// Shares are chances of each frame, 0 to 1. A window begins `from`, lasts `for` (0: never) and comes again `every` so
-/// many seconds (0: once).
+/// A share is the probability of the fault for each frame, 0 to 1. A window begins at `from`, lasts `for` seconds (0:
+/// never) and repeats with the period `every` in seconds (0: once). All times are mission time.
 struct FaultPlan {
   double lost_share = 0;
   double duplicated_share = 0;
-  double late_share = 0;  ///< the frames after a late one overtake it
+  double late_share = 0;  ///< frames delivered after their successors
   double late_by_s = 6;
-  double misstamped_share = 0;
-  double misstamped_by_s = 60;  ///< negative: backwards
+  double misstamped_share = 0;  ///< frames with a wrong time
+  double misstamped_by_s = 60;  ///< negative: earlier than the true time
   double black_share = 0;
   double saturated_share = 0;
   double blurred_share = 0;
-  int blur_radius_px = 8;  ///< of a box, applied twice
+  int blur_radius_px = 8;  ///< half width of a box filter, applied twice
 
-  double dead_from_s = 0;  ///< by the frames' own times
+  double dead_from_s = 0;  ///< the camera gives no frames; compared with the times of the frames
   double dead_for_s = 0;
   double dead_every_s = 0;
 
@@ -35,13 +35,14 @@ struct FaultPlan {
   double link_outage_for_s = 0;
   double link_outage_every_s = 0;
 
-  double power_cut_after_s = 0;  ///< 0: never; the flight goes on by itself
-  int power_cuts = 0;            ///< at random instants, also within a transaction; the flight goes on by itself
+  double power_cut_after_s = 0;  ///< 0: never; the flight resumes without help
+  int power_cuts = 0;  ///< number, at random instants and also within transactions; the flight resumes without help
 };
 
+/// The fields of the plan by name, for the section [faults] of scenario files.
 [[nodiscard]] std::vector<world::Parameter> parameters(FaultPlan& plan);
 
-/// Rounds to the nearest nanosecond.
+/// Seconds as nanoseconds, rounded to the nearest.
 [[nodiscard]] TimeNs nanoseconds(double seconds);
 
 struct FaultWindow {
@@ -58,7 +59,8 @@ struct FaultWindow {
 }
 [[nodiscard]] bool inside_window(TimeNs time, const FaultWindow& window);
 
-/// Whether a fault of this kind strikes this frame. The answer does not depend on the order of calls or on restarts.
+/// Whether a fault of this kind, with the probability `share`, strikes the frame with this sequence number. The answer
+/// depends on the arguments only.
 [[nodiscard]] bool strikes(std::uint64_t seed, const char* kind, std::int64_t sequence, double share);
 
 }  // namespace ilp::sil

@@ -1,4 +1,4 @@
-// A camera that fails as planned, in front of any other camera.
+// Wraps a camera and injects the faults of a plan.
 #pragma once
 
 #include <deque>
@@ -9,10 +9,10 @@
 
 namespace ilp::sil {
 
-/// How many frames met which fault.
+/// Number of frames with each fault.
 struct CameraFaultCounts {
   std::int64_t lost = 0;
-  std::int64_t dead = 0;  ///< frames that were not taken while the camera was dead
+  std::int64_t dead = 0;  ///< dropped because the camera was dead
   std::int64_t duplicated = 0;
   std::int64_t late = 0;
   std::int64_t misstamped = 0;
@@ -21,9 +21,9 @@ struct CameraFaultCounts {
   std::int64_t blurred = 0;
 };
 
-/// A frame gets at most one fault (dead, lost, late, misstamped, duplicated, in this order), and its image at
-/// most one (black, saturated, blurred). The choice of frames depends only on the seed and the sequence number. Frames
-/// that the wrapped camera itself has lost pass through.
+/// A frame has at most one fault of delivery: the first that applies of dead, lost, late, misstamped and duplicated.
+/// Its image has at most one fault: the first of black, saturated and blurred. The choice depends on the seed and the
+/// sequence number only, for `dead` on the frame's time. Errors of the wrapped camera are returned unchanged.
 class FaultyCamera final : public Camera {
  public:
   FaultyCamera(Camera& camera, const FaultPlan& plan, std::uint64_t seed);
@@ -68,7 +68,7 @@ class FaultyCamera final : public Camera {
   std::int64_t newest_sequence_ = 0;
 };
 
-/// Mean over a square of 2 radius + 1 pixels, beyond the edges the nearest pixel; applied twice.
+/// Box filter of 2 `radius_px` + 1 pixels a side, applied twice. Edge pixels are repeated beyond the edges.
 void blur(ImageView<std::uint8_t> image, int radius_px);
 
 }  // namespace ilp::sil

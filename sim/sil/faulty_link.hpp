@@ -1,4 +1,4 @@
-// A link with outages, in front of any other link.
+// Wraps a link and injects outages.
 #pragma once
 
 #include "hal/clock/clock.hpp"
@@ -7,7 +7,7 @@
 
 namespace ilp::sil {
 
-/// During an outage there is no contact: nothing can be sent and no confirmation is received.
+/// During an outage every call returns `not_ready`: nothing is sent, and no confirmation is received.
 class FaultyLink final : public Link {
  public:
   FaultyLink(Link& link, Clock& clock, const FaultWindow& outage) : link_(link), clock_(clock), outage_(outage) {}
@@ -26,6 +26,7 @@ class FaultyLink final : public Link {
   }
 
   [[nodiscard]] bool contact() const { return !inside_window(clock_.now(), outage_); }
+  /// Number of files that could not begin.
   [[nodiscard]] std::int64_t refused() const { return refused_; }
 
  private:

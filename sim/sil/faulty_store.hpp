@@ -1,4 +1,4 @@
-// A store that is full for a time, or loses its power at a given write, in front of any other store.
+// Wraps a store that is full during windows of time, or loses power at a given write.
 #pragma once
 
 #include <functional>
@@ -9,14 +9,16 @@
 
 namespace ilp::sil {
 
-/// While it is full every write and every erasure is refused with `store_full` and dooms its transaction, as on a disk
-/// without a free page; reading goes on.
+/// While the store is full, every write and erasure returns `store_full`, and the transaction can only be rolled back,
+/// as on a disk without a free page. Reading works.
 class FaultyStore final : public ForwardingStore {
  public:
   FaultyStore(Store& store, Clock& clock, const FaultWindow& full);
 
-  /// Calls `cut` in the place of the given write (0: the next), in the middle of its transaction. Commits count.
+  /// Calls `cut` immediately before the given write (0: the next one), within its transaction. Erasures and commits
+  /// count as writes.
   void cut_at_write(std::int64_t writes_from_now, std::function<void()> cut);
+  /// Number of transactions that were refused as full.
   [[nodiscard]] std::int64_t refused() const { return refused_; }
 
   Status begin() override;

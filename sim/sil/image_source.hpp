@@ -1,4 +1,4 @@
-// Where the images of a simulated flight come from: a rendered world, a folder, or a video stream.
+// Opens the source of images of a simulated flight: a rendered world, a folder, or a video stream.
 #pragma once
 
 #include <cstddef>
@@ -15,26 +15,26 @@
 namespace ilp::sil {
 
 struct SourceOptions {
-  std::string images;
-  std::string y4m;
-  double frame_rate_hz = 0;  ///< of a video whose header states none; 0: not given
-  std::string camera;
-  std::string navigation;     ///< file of the vehicle's measurements
-  double exif_sigma_m = 5;    ///< of positions in EXIF that state no error; 0: they are not used
-  bool exif_oblique = false;  ///< such images do not look straight down
-  std::string out;
-  world::Scenario scenario;  ///< what is rendered when neither images nor a video are named
-  bool triggered = false;    ///< a simulated camera exposes when commanded, not at the scenario's regular times
-  bool real_time = false;    ///< a simulated camera exposes when commanded and else at the regular times, as they come
-  bool sets_exposure = false;    ///< a simulated camera renders each image when it is exposed, as the flight has set it
-  bool camera_known = true;      ///< false: a simulated camera's intrinsics are nominal ones that are off
-  std::uint64_t seed = 1;        ///< of how far off they are
+  std::string images;            ///< folder; empty: none
+  std::string y4m;               ///< video file; empty: none
+  double frame_rate_hz = 0;      ///< of a video whose header states none; 0: not given
+  std::string camera;            ///< camera file; empty: none
+  std::string navigation;        ///< file of the vehicle's measurements
+  double exif_sigma_m = 5;       ///< of EXIF positions without an error; 0: no EXIF positions are used
+  bool exif_oblique = false;     ///< images with EXIF positions do not look straight down
+  std::string out;               ///< folder of the flight
+  world::Scenario scenario;      ///< rendered if neither `images` nor `y4m` is named
+  bool triggered = false;        ///< the simulated camera exposes on command, not at the scenario's regular times
+  bool real_time = false;        ///< the simulated camera exposes on command and at the regular times, in real time
+  bool sets_exposure = false;    ///< the simulated camera renders each image when exposed, with the flight's setting
+  bool camera_known = true;      ///< false: the flight gets nominal intrinsics with errors
+  std::uint64_t seed = 1;        ///< of these errors
   double field_of_view_rad = 1;  ///< of images without a camera file
   bool resume = false;
-  std::size_t threads = 0;  ///< that render; 0: as many as the host has
+  std::size_t threads = 0;  ///< for rendering; 0: one per core
 };
 
-/// A camera with its intrinsics, and how many frames it will give (0: unknown).
+/// A camera with its intrinsics and a description for messages.
 class ImageSource {
  public:
   ImageSource() = default;
@@ -42,27 +42,28 @@ class ImageSource {
   ImageSource& operator=(const ImageSource&) = delete;
   virtual ~ImageSource() = default;
   virtual Camera& camera() = 0;
-  /// Writes, after the flight, what the source still has to write.
+  /// Called after the flight: writes the remaining files, such as the truth.
   virtual void finish() {}
-  /// After the flight: what ended the images before their end; empty otherwise.
+  /// Called after the flight: why the images ended too early; empty if they did not.
   [[nodiscard]] virtual std::string fault() const { return {}; }
 
   CameraModel model;
-  bool camera_known = true;  ///< false: the images came without intrinsics, or the options say so; they are nominal
-  std::optional<double> field_of_view_sigma_rad;  ///< of nominal intrinsics, where the images state them
-  std::size_t frames = 0;
+  bool camera_known = true;                       ///< false: `model` is nominal
+  std::optional<double> field_of_view_sigma_rad;  ///< of a nominal `model` from EXIF
+  std::size_t frames = 0;                         ///< that the camera will give; 0: unknown
   std::string description;
-  std::vector<std::string> notes;  ///< what was said of the images and the measurements before the flight
-  int binning = 1;                 ///< so many pixels of the photographs, in x and in y, are one that flies
+  std::vector<std::string> notes;  ///< messages about images and measurements before the flight
+  int binning = 1;                 ///< pixels of the photographs, in x and in y, that become one
   std::string navigation;          ///< file of the vehicle's measurements; empty: none
-  Body body = Body::none;          ///< of its positions, where the source knows it
+  Body body = Body::none;          ///< of the positions; none: not known
 };
 
-/// Renders the scenario into OUT/flight, showing its progress on standard error.
+/// Renders the scenario into OUT/flight and reports the progress on standard error.
 void render_scenario(const SourceOptions& options);
 
-/// Renders the scenario first when no source is named, unless it resumes: then the images are there. std::runtime_error
-/// or std::invalid_argument says what is wrong and what was expected.
+/// Opens the source that the options name. Without one it renders the scenario first; a resumed flight uses the images
+/// of the earlier start. Throws std::runtime_error or std::invalid_argument that says what is wrong and what was
+/// expected.
 std::unique_ptr<ImageSource> open_source(const SourceOptions& options);
 
 }  // namespace ilp::sil

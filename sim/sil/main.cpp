@@ -1,5 +1,5 @@
-// ilp-sil: the flight software over simulated or recorded images, in virtual time, as fast as the host allows, or in
-// real time with a packet link to the outside.
+// ilp-sil: flies the flight software on simulated or recorded images, in virtual time as fast as the host allows, or in
+// real time with a packet link to other programs.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>

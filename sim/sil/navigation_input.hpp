@@ -1,4 +1,4 @@
-// The vehicle's measurements as people bring them: made into the file that the flight reads, or refused in plain words.
+// Converts a user's file of vehicle measurements to the file that the flight reads.
 #pragma once
 
 #include <filesystem>
@@ -11,12 +11,12 @@
 
 namespace ilp::sil {
 
-/// Reads a byte-order mark, semicolons or tabs between the cells (with decimal commas), quotes, and times since 1970 or
-/// of ISO 8601: these become times since the first image where the images state theirs (`epoch`). A clock of unknown
-/// zone is compared with the measurements in steps of a quarter of an hour; only one zone that fits is used. Returns
-/// `given` where the flight can read it as it is, else `made`, which is written. Says in `messages` what was done,
-/// which lines cannot be used, and when no measurement lies within half a second of an image. Throws std::runtime_error
-/// that names the column that is not known or missing, or the line with a comma in a cell.
+/// Accepts a byte-order mark, semicolons or tabs between the cells (with decimal commas), quotes, and times since 1970
+/// or in ISO 8601. Such times become times since the first image, if `epoch` (the time of the first image) is known. If
+/// the time zone of the camera's clock is unknown, zones in steps of 15 minutes are compared with the measurements; a
+/// zone is used only if no other one fits. Returns `given` if the flight can read it, else `made`, which is written.
+/// `messages` gets a line for every change, for lines that cannot be used, and if no measurement lies within 0.5 s of
+/// an image. Throws std::runtime_error that names an unknown or missing column, or the line with a comma in a cell.
 [[nodiscard]] std::filesystem::path prepare_navigation(const std::filesystem::path& given,
                                                        const std::vector<host::StripFrame>& frames,
                                                        const std::optional<StripEpoch>& epoch,

@@ -1,4 +1,4 @@
-// Cameras with unmeasured intrinsics, for flights that have to find them.
+// Nominal intrinsics with errors, for flights that have to find the intrinsics themselves.
 #pragma once
 
 #include <cstdint>
@@ -7,9 +7,9 @@
 
 namespace ilp::sil {
 
-/// The camera of a data sheet for a camera whose images are those of `truth`: the focal length up to 15 % off, the
-/// principal point up to 1 % of the image's width on each axis, drawn from the seed. Distortion bends the same pixels:
-/// it must be known.
+/// Draws a nominal camera for images of the camera `truth`. The error of the focal length is uniform up to 15 %, the
+/// error of the principal point up to 1 % of the image's width on each axis. The distortion moves pixels as that of
+/// `truth` does, because the flight does not estimate it.
 [[nodiscard]] CameraModel nominal_camera(const CameraModel& truth, std::uint64_t seed);
 
 }  // namespace ilp::sil

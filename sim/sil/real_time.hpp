@@ -1,4 +1,4 @@
-// What only a flight in real time has: the board's clock, packet links, an end from outside.
+// Clock, packet links, keys, stop signals, stall detection and the simulated ground receiver of a flight in ilp-sil.
 #pragma once
 
 #include <filesystem>
@@ -17,12 +17,12 @@
 
 namespace ilp::sil {
 
-/// Virtual time from `start` on, or real time once it is set.
+/// Virtual time from `start` on, or for `real` the board's clock, which must be set first.
 class FlightClock final : public Clock {
  public:
   FlightClock(bool real, TimeNs start) : real_(real), virtual_clock_(start) {}
 
-  /// Virtual time never goes back.
+  /// Sets the time. Virtual time never decreases.
   void set(TimeNs time) {
     if (real_) return real_clock_.set(time);
     virtual_clock_.sleep_until(time);
@@ -40,25 +40,27 @@ class FlightClock final : public Clock {
   VirtualClock virtual_clock_;
 };
 
-/// Says on standard error where they listen. std::runtime_error names the address at fault.
+/// Opens the packet links of the options and reports their addresses on standard error. Throws std::runtime_error that
+/// names the wrong address.
 std::unique_ptr<PacketLinks> open_links(const FlightOptions& options, Clock& clock);
 
-/// Reads the keys of telecommand authentication. std::runtime_error names what is wrong with the file, or says that the
-/// mission needs one.
+/// Reads the keys of telecommand authentication. Throws std::runtime_error if the key file is wrong, or if the mission
+/// needs one and none is named.
 void read_keys(const FlightOptions& options, const MissionParameters& mission, Authenticator& keys);
 
-/// SIGTERM and SIGINT end the flight in good order.
+/// Makes SIGTERM and SIGINT request an orderly end of the flight, which `stop_requested` reports.
 void catch_stop_signals();
 [[nodiscard]] bool stop_requested();
 
-// Notices a flight that does not end.
+// Detects a flight that does not end.
 
-/// Progress is a new record of any kind but events and housekeeping, or a component's cursor that moves.
+/// Detects a flight without progress. Progress is a new record, except events and housekeeping, or a changed cursor of
+/// a component.
 class StallGuard {
  public:
   /// `longest`: mission time without progress that is still plausible.
   explicit StallGuard(TimeNs longest) : longest_(longest) {}
-  /// Must be called regularly. True if there has been no progress for too long.
+  /// Call this regularly. True if there was no progress for more than the longest time.
   bool stalled(Store& store, TimeNs now);
 
  private:
@@ -67,13 +69,14 @@ class StallGuard {
   TimeNs changed_ns_ = -1;
 };
 
-// The far end of the link while a flight is simulated: confirms every whole file of the outbox.
+// Stands for the ground at the other end of the link in a simulated flight: confirms every complete file of the outbox.
 
 class Receiver {
  public:
   Receiver(std::filesystem::path outbox, std::filesystem::path acknowledgements);
-  /// Confirms what has arrived since the last call.
+  /// Confirms the files that have arrived since the last call.
   void receive();
+  /// Bytes and files that were confirmed.
   [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
   [[nodiscard]] std::size_t files() const { return seen_.size(); }
 

@@ -1,4 +1,4 @@
-// The order and the times of photographs by what EXIF states in most of them.
+// Orders the photographs of a strip by their EXIF times, and takes over these times.
 #pragma once
 
 #include <cstdint>
@@ -12,26 +12,27 @@
 
 namespace ilp::sil {
 
-/// An image of a strip with what its header says.
+/// An image of a strip with its metadata.
 struct Photo {
   host::StripFrame frame;
-  std::optional<host::PhotographFacts> header;  ///< none: it cannot be read
-  std::string fault;                            ///< why
-  bool too_large = false;                       ///< it is whole, but more than the programs take
-  std::filesystem::path original;               ///< the file as it came
+  std::optional<host::PhotographFacts> header;  ///< empty: cannot be read
+  std::string fault;                            ///< why the header cannot be read
+  bool too_large = false;                       ///< valid, but larger than the programs accept
+  std::filesystem::path original;               ///< the user's file
 };
 
-/// Time 0 of a strip, since 1970.
+/// Time 0 of a strip: the exposure of its first image, since 1970.
 struct StripEpoch {
   std::int64_t time_ns = 0;
-  bool utc = false;  ///< false: as the camera's clock says, in a zone that nobody states
+  bool utc = false;  ///< false: by the camera's clock, whose time zone is not known
 };
 
-/// Where the times of a strip are assumed: puts it into the order of the times of exposure (or else of the positions,
-/// where more of these differ), from 0 at the first. Photographs without such a time, and those a month and more from
-/// the others, fall away, as long as more than half stay. Equal times are spread over their second, in the order of the
-/// names. Says in `messages` what was done, what falls away, and why the times of EXIF are not used. None where they
-/// are not.
+/// Replaces assumed times of a strip by EXIF times, with 0 at the first image, and sorts the strip by them. The EXIF
+/// times are the times of exposure, or the times of the position fixes if more of these differ. Photographs without a
+/// time, or more than 30 days from the median time, are removed. Equal times in whole seconds are spread over their
+/// second, in the order of the names. Returns empty and changes nothing if the strip's times are not assumed, if half
+/// of the photographs or more would be removed, or if fewer than two times, or less than a quarter of them, differ.
+/// `messages` says what was done, which photographs are removed, and why EXIF times are not used.
 std::optional<StripEpoch> take_stated_times(std::vector<Photo>& strip, std::ostream& messages);
 
 }  // namespace ilp::sil

@@ -1,4 +1,4 @@
-// A triggered camera on a simulated flight: its image is rendered when it is triggered.
+// A triggered camera on a simulated flight, which renders an image when it is triggered.
 #pragma once
 
 #include <deque>
@@ -14,23 +14,23 @@
 
 namespace ilp::sil {
 
-/// Exposes at the commanded time, to the millisecond; ends with the flight. Every exposure becomes files of the
-/// flight's folder (render_flight.hpp) and a line of exposures.txt, so that a resumed flight goes on: an exposure that
-/// is already there is given again. `as_time_passes`: in real time. It renders beside the flight, from when it is told
-/// of a time; an image that is not ready at its time is given later, with its own time. Unasked it exposes at the
-/// scenario's regular times, and leaves those out that it comes too late for.
+/// Exposes at the commanded time, rounded to 1 ms, until the flight ends. Every exposure is written to the flight's
+/// folder (render_flight.hpp) and to exposures.txt. A resumed flight gets an exposure in exposures.txt again without a
+/// new file. In real time (`as_time_passes`), rendering begins in another thread when the time is commanded; an image
+/// that is not ready at its time is given later, with the commanded time. Without a command the camera exposes at the
+/// scenario's regular times, and skips those that have passed.
 class WorldCamera final : public Camera {
  public:
   static constexpr TimeNs step_ns = ns_per_ms;
 
   struct Options {
     bool resume = false;
-    bool as_time_passes = false;
-    bool unasked = false;  ///< it also exposes at the scenario's regular times in virtual time
+    bool as_time_passes = false;  ///< real time
+    bool unasked = false;         ///< exposes at the scenario's regular times in virtual time too
   };
 
-  /// std::invalid_argument for a flight that cannot be rendered, std::runtime_error for a folder that cannot be written
-  /// or, with `resume`, does not hold the earlier exposures.
+  /// Throws std::invalid_argument if the flight cannot be rendered, and std::runtime_error if the folder cannot be
+  /// written or, for `resume`, has no exposures.txt.
   WorldCamera(const world::Scenario& scenario, std::filesystem::path folder, const Options& options);
 
   Status capture(TimeNs now, FrameImage& image, CameraFrame& frame) override;
@@ -53,7 +53,7 @@ class WorldCamera final : public Camera {
   [[nodiscard]] Exposure render(TimeNs time, std::size_t number, const ExposureSetting& setting) const;
   [[nodiscard]] std::size_t number_at(TimeNs time) const;
   [[nodiscard]] TimeNs next_regular() const;
-  /// Whether the wanted exposure is rendered. In real time the call begins to render it if it is not.
+  /// Whether the commanded exposure is rendered. In real time the call begins to render the exposure if it is not.
   bool ready();
   void keep(const Exposure& exposure);
   void set_shutter(TimeNs time);
@@ -66,17 +66,17 @@ class WorldCamera final : public Camera {
   world::FlightRenderer renderer_;
   std::vector<world::CameraState> exposures_;
   TimeNs now_ = 0;
-  TimeNs latest_ns_ = -1;  ///< that was given in this boot
+  TimeNs latest_ns_ = -1;  ///< time of the newest image given in this boot
   std::optional<TimeNs> trigger_;
   struct Asked {
     ExposureSetting setting;
-    std::int64_t images = 0;  ///< that it still takes with the earlier one
+    std::int64_t images = 0;  ///< images still to be taken with the earlier setting
   };
-  ExposureSetting setting_;  ///< of the next image; not known: the flight cannot set it
+  ExposureSetting setting_;  ///< of the next image; !known(): the flight cannot set it
   std::deque<Asked> asked_;
   std::ofstream list_;
   std::optional<Exposure> rendered_;
-  std::future<Exposure> rendering_;  ///< last: what it reads outlives it
+  std::future<Exposure> rendering_;  ///< last member, so that the thread ends before the members that it reads
 };
 
 }  // namespace ilp::sil

@@ -1,4 +1,4 @@
-// Where a simulated camera is, and how it moves while the shutter is open.
+// Pose of a simulated camera, and its motion while the shutter is open.
 #pragma once
 
 #include <cstdint>
@@ -13,11 +13,11 @@ struct CameraState {
   Vec3 centre = Vec3::Zero();        ///< m
 };
 
-/// A state and its rates, good for as long as an exposure lasts.
+/// A state and its rates, which are taken as constant during an exposure.
 struct CameraMotion {
-  CameraState state;                 ///< in the middle of the exposure of the image's middle row
-  Vec3 velocity_m_s = Vec3::Zero();  ///< in the world
-  Vec3 turn_rad_s = Vec3::Zero();    ///< in the camera: rotation after dt is exp([turn dt]x) rotation
+  CameraState state;                 ///< at the middle of the exposure of the image's middle row
+  Vec3 velocity_m_s = Vec3::Zero();  ///< in the world frame
+  Vec3 turn_rad_s = Vec3::Zero();    ///< in the camera frame: rotation after dt is exp([turn dt]x) rotation
 };
 
 }  // namespace ilp::world

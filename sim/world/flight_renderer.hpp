@@ -1,4 +1,4 @@
-// Renders the frames of one flight, whose passes may have different light.
+// Renders the frames of one flight. Its passes may have different light.
 #pragma once
 
 #include <cstddef>
@@ -14,22 +14,22 @@ namespace ilp::world {
 
 class FlightRenderer {
  public:
-  /// The same exceptions as Terrain, Trajectory and Renderer.
+  /// Throws the exceptions of Terrain, Trajectory and Renderer.
   explicit FlightRenderer(const Scenario& scenario);
 
   [[nodiscard]] const Trajectory& trajectory() const { return trajectory_; }
-  /// Its heights are those of every pass, its light is that of the first.
+  /// The terrain with the light of the first pass. All passes have the same heights.
   [[nodiscard]] const Terrain& terrain() const { return terrains_.front(); }
 
-  /// For the next frames. Not to be called while one is rendered.
+  /// Sets the effects for the next frames. Must not be called while a frame is rendered.
   void set_effects(const CameraEffects& effects);
-  /// The frame at a time of the flight. Safe to call from several threads.
+  /// Renders the frame at a time of the flight. Thread-safe.
   void render(std::int64_t time_ns, std::int64_t frame_index, RenderedFrame& out) const;
 
  private:
   Trajectory trajectory_;
-  std::vector<Terrain> terrains_;    // one for each sun
-  std::vector<Renderer> renderers_;  // likewise; they borrow the terrains
+  std::vector<Terrain> terrains_;    // one per direction of the sun
+  std::vector<Renderer> renderers_;  // one per terrain, to which it keeps a reference
 };
 
 }  // namespace ilp::world

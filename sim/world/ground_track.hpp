@@ -1,4 +1,4 @@
-// Ways over level ground made of straight lines and arcs: what a flight's pattern looks like from above.
+// Horizontal tracks of straight lines and arcs, for the patterns of flights.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,8 @@
 
 namespace ilp::world {
 
-/// Begins at the origin in the direction of x. Headings grow without bound, counterclockwise from x.
+/// A track that begins at the origin in the direction of x. Headings are counterclockwise from x and not limited to one
+/// turn.
 class GroundTrack {
  public:
   struct Place {
@@ -19,15 +20,16 @@ class GroundTrack {
     double curvature = 0;  ///< 1 / m, positive to the left
   };
 
+  /// Appends a straight line.
   GroundTrack& line(double length_m);
-  /// A turn to the left, or to the right by a negative angle. The radius is positive.
+  /// Appends a turn to the left, or to the right for a negative angle. The radius must be positive.
   GroundTrack& arc(double radius_m, double angle_rad);
 
-  /// Length of all pieces, m.
+  /// Length of all segments, m.
   [[nodiscard]] double length() const { return length_; }
-  /// Where the way leads after this many metres. Beyond its end it begins again from there, in the direction in which
-  /// it ended; before its start, and where there are no pieces, it is straight. A way that is flown more than once must
-  /// return to the origin or end in the direction in which it began.
+  /// Position after `way_m` metres along the track. After its end the track repeats from the end point in the final
+  /// direction. Before its start, and without segments, it is a straight line. A track that is repeated must end at the
+  /// origin or in the direction in which it began.
   [[nodiscard]] Place at(double way_m) const;
 
  private:
@@ -43,21 +45,21 @@ class GroundTrack {
   Place end_;
 };
 
-/// The same direction from 0 to 2 pi.
+/// The equivalent angle in [0, 2 pi).
 [[nodiscard]] double within_a_turn(double angle_rad);
 
-/// The names of the patterns, for messages: straight, lawn-mower and so on.
+/// The names of the patterns as text for messages.
 [[nodiscard]] std::string pattern_names();
 [[nodiscard]] bool is_pattern(const std::string& name);
 
-/// Distance of a lawn-mower's legs, m: the width of level ground that the image shows across the drift, less the side
-/// overlap.
+/// Distance between the legs of a lawn-mower, m: the width of level ground in the image across the drift, times 1 -
+/// side_overlap.
 [[nodiscard]] double leg_spacing_m(const FlightParams& flight);
 
 /// The pattern of a flight with valid parameters (flight_params.hpp).
 [[nodiscard]] GroundTrack ground_track(const FlightParams& flight);
 
-/// What is wrong with the lengths of the pattern and was expected instead; empty for a pattern that can be flown.
+/// What is wrong with the lengths of the pattern, and what was expected; empty for a valid pattern.
 [[nodiscard]] std::string fault_of_pattern(const FlightParams& flight);
 
 }  // namespace ilp::world

@@ -1,4 +1,4 @@
-// Ground that a user brings: heights or brightness on the pixels of a file.
+// Reads heights and brightness of the ground from a user's files.
 #pragma once
 
 #include <filesystem>
@@ -9,12 +9,13 @@
 
 namespace ilp::world {
 
-/// Values on posts, bilinear between them and mirrored at its borders without end: no cliff, no repeated seam. The
-/// image's x axis runs along the world's x, its rows from the largest y down, as maps lie.
+/// Values at posts with bilinear interpolation. Beyond its borders the map is mirrored repeatedly, so that there are no
+/// cliffs. Columns are along the world's x axis; y decreases from row to row.
 class Heightmap {
  public:
-  /// Every value finite, at least 2x2 of them, spacings positive; std::invalid_argument otherwise. (first_x, first_y)
-  /// is the place of the first row's first pixel, m.
+  /// (first_x_m, first_y_m) is the position of the first pixel of the first row. Throws std::invalid_argument that
+  /// begins with `name` for values that are not finite, for fewer than 2x2 values, and for spacings that are not
+  /// positive.
   Heightmap(host::Raster<float> values, double spacing_x_m, double spacing_y_m, double first_x_m, double first_y_m,
             const std::string& name = "heightmap");
 
@@ -34,18 +35,19 @@ class Heightmap {
   double lowest_ = 0, highest_ = 0, mean_ = 0;
 };
 
-/// The maps that a world names. A brightness file without a spacing of its own covers the rectangle of the heights; one
-/// that knows its place, as the heights do, moves with them.
+/// The maps of a world. A brightness map without a spacing covers the rectangle of the heights. A brightness map keeps
+/// its position relative to the heights if both have a georeference.
 struct ImportedGround {
-  std::optional<Heightmap> heights;     ///< m
-  std::optional<Heightmap> brightness;  ///< mean 1
+  std::optional<Heightmap> heights;     ///< m; empty: none named
+  std::optional<Heightmap> brightness;  ///< mean 1; empty: none named
 };
 
-/// std::runtime_error names the file and what is wrong: not readable, holes (how many) unless `fill_holes`, no spacing.
+/// Reads the maps that the world names. Throws std::runtime_error that names the file if it cannot be read, has pixels
+/// without a value (unless `fill_holes`) or no spacing.
 [[nodiscard]] ImportedGround load_ground(const WorldParams& world);
 
-/// Gives every pixel that is not finite the mean of its neighbours, from the holes' rims inwards. False when all are
-/// holes.
+/// Fills pixels that are not finite with the mean of their neighbours, from the borders of the holes inwards. Returns
+/// false if no pixel is finite.
 bool fill_holes(host::Raster<float>& values);
 
 }  // namespace ilp::world

@@ -1,5 +1,6 @@
-// Craters, rocks, boulder fields and outcrops, scattered over the plane without end: every square of a size class's own
-// lattice holds at most one, decided by a hash of the square.
+// Landforms of the infinite plane: scattered craters, rocks, boulder fields and outcrops, and dunes, channels and
+// terraces. Each size class of scattered landforms has a lattice with at most one landform per square, determined by a
+// hash of the square.
 #pragma once
 
 #include <cstdint>
@@ -15,38 +16,39 @@ struct Rectangle {
   double x0 = 0, y0 = 0, x1 = 0, y1 = 0;  ///< m
 };
 
-/// One size class: landforms with radii between half of `radius_m` and `radius_m`; the number larger than r falls as
-/// r^-exponent.
+/// One size class: landforms with radii from half of `radius_m` to `radius_m`. The number with radii above r is
+/// proportional to r^-exponent.
 struct SizeClass {
   double radius_m = 0;
   double cell_m = 0;       ///< side of the lattice's squares
-  double probability = 0;  ///< that a square holds one
+  double probability = 0;  ///< of a landform in a square
   std::uint32_t seed = 0;
   double exponent = 2;
-  double share = 1;  ///< of the density that was asked for: less where the exponent wants fewer
+  double share = 1;  ///< `probability` divided by the density of the most crowded class
 };
 
-/// The classes from `largest_m` down to `smallest_m`, each half as large as the previous, `cell_radii` times their
-/// radius apart. Together they follow the exponent; the class that it makes the most crowded has `density`.
+/// Makes the classes from `largest_m` down to `smallest_m`, each half as large as the one before. The squares of a
+/// class are `cell_radii` times its radius wide. The numbers of all classes together follow the exponent; the most
+/// crowded class has the probability `density`.
 [[nodiscard]] std::vector<SizeClass> size_classes(double largest_m, double smallest_m, double exponent,
                                                   double cell_radii, double density, Rng& rng);
 
 struct Crater {
   double x = 0, y = 0;  ///< centre, m
   double radius_m = 0;
-  double freshness = 0;  ///< 0 worn, 1 new
+  double freshness = 0;  ///< 0: worn, 1: new
 
   static constexpr double reach = 2.5;  ///< radii; the ejecta blanket ends here
 };
 
 struct Rock {
   double x = 0, y = 0;                          ///< centre, m
-  double axis_x_per_m = 0, axis_y_per_m = 0;    ///< first principal direction, divided by its half-length
-  double cross_x_per_m = 0, cross_y_per_m = 0;  ///< second one
-  double reach_m = 0;
+  double axis_x_per_m = 0, axis_y_per_m = 0;    ///< unit vector of the first semi-axis divided by its length
+  double cross_x_per_m = 0, cross_y_per_m = 0;  ///< the same for the second semi-axis
+  double reach_m = 0;                           ///< largest distance from the centre
   double height_m = 0;
   double albedo = 1;
-  double draw = 0;  ///< in [0, probability of its class); those with small ones are the last to leave thinner ground
+  double draw = 0;  ///< random, in [0, probability of the class); ground of lower density keeps rocks with small values
 };
 
 /// Ground with more rocks than elsewhere.
@@ -59,35 +61,37 @@ struct BoulderField {
   }
 };
 
-/// Bedrock that stands out of the ground: a knob with ledges, broken by joints, of another brightness.
+/// Exposed bedrock: a knob with ledges, broken by joints, of another brightness than the ground.
 struct Outcrop {
   double x = 0, y = 0;                        ///< centre, m
-  double axis_x_per_m = 0, axis_y_per_m = 0;  ///< as of a rock
+  double axis_x_per_m = 0, axis_y_per_m = 0;  ///< as for Rock
   double cross_x_per_m = 0, cross_y_per_m = 0;
   double radius_m = 0;  ///< half the longest diameter
   double height_m = 0;
   double albedo = 1;
   std::uint32_t seed = 0;
 
-  static constexpr double highest = 0.35;  ///< times the radius, blocks included
+  static constexpr double highest = 0.35;  ///< largest height including blocks, divided by the radius
 };
 
-/// The landforms of the class that may touch the rectangle, in an order that does not depend on the rectangle.
+/// Append the landforms of the class that may touch the rectangle, in an order that does not depend on the rectangle.
 void find_craters(const SizeClass& size, const Rectangle& area, std::vector<Crater>& out);
 void find_rocks(const SizeClass& size, const Rectangle& area, std::vector<Rock>& out);
 void find_boulder_fields(const SizeClass& size, const Rectangle& area, std::vector<BoulderField>& out);
 void find_outcrops(const SizeClass& size, const Rectangle& area, std::vector<Outcrop>& out);
 
+/// Change of the ground by a landform at a point.
 struct Relief {
   double height_m = 0;
   double albedo = 1;  ///< factor
 };
 
-/// Bowl, raised rim and thinning ejecta: depth 0.2 diameters and rim 0.04 diameters when new (R. J. Pike, 1977).
+/// Bowl, raised rim, and ejecta that thin outwards. A new crater is 0.2 diameters deep, and its rim is 0.04 diameters
+/// high (R. J. Pike, 1977).
 [[nodiscard]] Relief crater_relief(const Crater& crater, double x, double y);
 /// Half an ellipsoid on the ground.
 [[nodiscard]] Relief rock_relief(const Rock& rock, double x, double y);
-/// Three ledges on a half ellipse, blocks a seventh of the radius wide on top of them.
+/// A knob on an elliptical base, with three ledges and blocks that are a seventh of the radius wide.
 [[nodiscard]] Relief outcrop_relief(const Outcrop& outcrop, double x, double y);
 
 // Landforms that cover the whole plane: dunes, channels, terraces.
@@ -97,27 +101,28 @@ class Dunes {
  public:
   explicit Dunes(const WorldParams& world);
 
-  /// Height in [-dune_height_m / 2, dune_height_m / 2], and the logarithm of the brightness: crests are brighter.
-  /// `warp` and `vigour`, in [-1, 1], bend the crests and vary the height: noise much longer than a dune.
+  /// Height in [-dune_height_m / 2, dune_height_m / 2]. `albedo` is the natural logarithm of the factor here; crests
+  /// are brighter. `warp` bends the crests and `vigour` varies the height; both are noise in [-1, 1] with wavelengths
+  /// much longer than a dune.
   [[nodiscard]] Relief relief(double x, double y, double warp, double vigour) const;
-  /// Wavelength of the noise for both.
+  /// Wavelength of the noise for `warp` and `vigour`.
   [[nodiscard]] double warp_wavelength_m() const { return 5 * wavelength_m_; }
 
  private:
   double height_m_, wavelength_m_;
   double wind_x_, wind_y_;  // unit vector over the wavelength
-  double crest_;            // place of the crest in a period, 0.5 to 0.9
+  double crest_;            // position of the crest in a period, 0.5 to 0.9
 };
 
-/// Channels side by side with flat floors and smooth banks, each in a lane of its own; the meanders are some eleven
-/// widths long (L. B. Leopold, M. G. Wolman, 1960).
+/// Parallel channels with flat floors and smooth banks, each in its own lane. Meanders are about eleven widths long (L.
+/// B. Leopold, M. G. Wolman, 1960).
 class Channels {
  public:
   Channels(const WorldParams& world, std::uint32_t seed);
 
-  /// How deep a place lies in a channel: 0 outside, 1 on the floor.
+  /// Relative depth of a point in a channel: 0 outside, 1 on the floor.
   [[nodiscard]] double depth(double x, double y) const;
-  /// Calls visit(x, y) along the centre lines, about every `step_m`, for what lies in the rectangle.
+  /// Calls visit(x, y) for points in the rectangle on the channels' centre lines, about every `step_m`.
   template <typename Visit>
   void visit_centre_lines(const Rectangle& area, double step_m, Visit visit) const;
 
@@ -132,8 +137,9 @@ class Channels {
   std::uint32_t seed_;
 };
 
-/// A height on layered ground: treads that keep a part of their slope, and scarps in the middle between two layers.
-/// Steepness 0 changes nothing, 1 makes scarps a tenth as wide as the slope was.
+/// Transforms a height for layered ground, with a layer every `step_m`: treads keep a part of their slope, and a scarp
+/// lies in the middle between two layers. A steepness of 0 changes nothing; 1 makes the scarp a tenth as wide as the
+/// slope was.
 [[nodiscard]] double terrace(double height_m, double step_m, double steepness);
 
 template <typename Visit>

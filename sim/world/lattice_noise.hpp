@@ -1,5 +1,5 @@
-// Noise on integer lattices: smooth random functions of the plane that need no memory, so that a world has no edge and
-// any point of it is known at once. K. Perlin, "Improving noise", SIGGRAPH 2002.
+// Noise on integer lattices: smooth random functions of the infinite plane that are computed for any point without
+// stored state. K. Perlin, "Improving noise", SIGGRAPH 2002.
 #pragma once
 
 #include <cstdint>
@@ -22,12 +22,12 @@ namespace ilp::world {
   return truncated - (x < truncated ? 1 : 0);
 }
 
-/// 0 at 0, 1 at 1, first and second derivatives 0 at both.
+/// Quintic from 0 at t = 0 to 1 at t = 1, with first and second derivatives 0 at both ends.
 [[nodiscard]] constexpr double quintic_fade(double t) {
   return t * t * t * (t * (t * 6 - 15) + 10);
 }
 
-/// Random values at the lattice points, smoothly interpolated; in [-1, 1], standard deviation about 0.4.
+/// Smoothly interpolated random values of the lattice points, in [-1, 1] with a standard deviation of about 0.4.
 [[nodiscard]] inline double value_noise(double x, double y, std::uint32_t seed) {
   const std::int32_t i = floor_to_int(x);
   const std::int32_t j = floor_to_int(y);
@@ -48,21 +48,20 @@ namespace ilp::world {
 struct Octave {
   double wavelength_m = 1;
   double amplitude = 1;
-  double offset_x = 0;  ///< lattice cells, so that the zeros of the octaves do not coincide
+  double offset_x = 0;  ///< lattice cells; differs between octaves so that their zeros do not coincide
   double offset_y = 0;
   std::uint32_t seed = 0;
 };
 
-/// Posts ((first_i + i) * spacing_m, (first_j + j) * spacing_m), row by row.
+/// A rectangle of posts at ((first_i + i) * spacing_m, (first_j + j) * spacing_m), row by row.
 struct PostGrid {
   std::int32_t first_i = 0, first_j = 0;
   std::int32_t columns = 0, rows = 0;
   double spacing_m = 1;
 };
 
-/// Adds the octave at the posts to `values`, which has columns * rows numbers; gradient noise in
-/// [-amplitude, amplitude], standard deviation about 0.35 amplitude. A value depends on the place only, not on the
-/// grid's extent.
+/// Adds the octave to `values`, which has columns * rows numbers. It is gradient noise in [-amplitude, amplitude] with
+/// a standard deviation of about 0.35 amplitude. The value at a post does not depend on the grid's extent.
 void add_octave(const Octave& octave, const PostGrid& grid, std::span<double> values);
 
 }  // namespace ilp::world

@@ -1,4 +1,4 @@
-// Effects of a lens on light other than distortion.
+// Effects of a lens on light: vignetting and point spread. Distortion is in pixel_fan.hpp.
 #pragma once
 
 #include "fsw/base/geometry.hpp"
@@ -7,8 +7,8 @@
 
 namespace ilp::world {
 
-/// Share of the light that arrives: 1 at the principal point, 1 - `loss` in the corner farthest from it, falling with
-/// the fourth power of the cosine of the field angle in between.
+/// Share of the light that reaches the sensor: 1 at the principal point, 1 - `loss` in the corner farthest from it, in
+/// between by the fourth power of the cosine of the field angle.
 class Vignetting {
  public:
   Vignetting(const CameraModel& camera, double loss);
@@ -18,8 +18,8 @@ class Vignetting {
   double scale_;
 };
 
-/// Point spread: convolution with a Gaussian of `sigma_px`, cut off beyond four sigma. Beyond the image's edge
-/// its last pixels go on.
+/// Point spread: convolution with a Gaussian of `sigma_px`, truncated at four sigma. Edge pixels are repeated beyond
+/// the edges.
 void blur(host::Raster<float>& radiance, double sigma_px);
 
 }  // namespace ilp::world

@@ -1,4 +1,5 @@
-// The passes of a flight: the same pattern again, turned, at another height or in other light, with a pause between.
+// Motion of a flight in several passes: each repeats the pattern, possibly rotated, at another height or in other
+// light, after a pause.
 #pragma once
 
 #include <cstdint>
@@ -9,27 +10,27 @@
 
 namespace ilp::world {
 
-/// A number that changes with time.
+/// A function of time at an instant: value and derivatives.
 struct Course {
   double value = 0, rate = 0, acceleration = 0;
 };
 
 class Passes {
  public:
-  /// What the passes make of the flight at an instant. The axes are along the drift and to the left of it.
+  /// Motion of the vehicle at an instant. The axes are along the drift and to its left.
   struct Motion {
-    /// m from the start. Their accelerations leave out how the vehicle comes from one pass to the next: what hangs
-    /// below it is not shaken by that.
+    /// Position from the start, m. The accelerations do not include the transition from pass to pass, so that it does
+    /// not make the gondola swing.
     Course along, across;
-    Course yaw;     ///< rad, besides the drift's heading
+    Course yaw;     ///< rad, relative to the drift's heading
     Course height;  ///< factor on the altitude
   };
 
-  /// Parameters as they are flown (flight_params.hpp), valid.
+  /// `params` must be valid (flight_params.hpp), with unused motions set to 0.
   explicit Passes(const FlightParams& params);
 
   [[nodiscard]] Motion at(double time_s) const;
-  /// Counted from 0; it changes in the middle of a pause.
+  /// Index of the pass, from 0. It changes in the middle of a pause.
   [[nodiscard]] int pass_at(double time_s) const;
 
  private:
@@ -42,13 +43,13 @@ class Passes {
 
   FlightParams params_;
   GroundTrack track_;
-  double flown_s_ = 0;  ///< of one pass; the pause follows
+  double flown_s_ = 0;  ///< duration of a pass without its pause
   Vec2 middle_ = Vec2::Zero();
 };
 
-/// Instants at which the camera may take a frame, s; one for each frame, gaps not left out.
+/// Time in s of the frame with this index, from 0. Frames in the gap count too.
 [[nodiscard]] double time_of_frame_s(const FlightParams& flight, int frame);
-/// Frames of each pass but perhaps the last.
+/// Number of frames of a pass; the last pass may have fewer.
 [[nodiscard]] int frames_of_a_pass(const FlightParams& flight);
 
 }  // namespace ilp::world

@@ -1,4 +1,4 @@
-// The directions in which a camera's pixels look, with distortion undone.
+// Computes the lines of sight of a camera's pixels, without distortion.
 #pragma once
 
 #include <array>
@@ -10,27 +10,28 @@
 
 namespace ilp::world {
 
-/// Normalised image coordinates: (X/Z, Y/Z) in the camera.
+/// Normalised image coordinates (X/Z, Y/Z) in the camera frame.
 struct Direction {
   double x = 0, y = 0;
 };
 
-/// One pixel: its centre, and the 2x2 samples over which it averages light, a quarter of a pixel off the centre.
+/// The directions of a pixel's centre, and of the 2x2 samples over which light is averaged, a quarter of a pixel from
+/// the centre in x and y.
 struct PixelRays {
   Direction centre;
   std::array<Direction, 4> samples;
 };
 
-/// A square of pixels at (u0, v0), cut off at the image's edge.
+/// A square of tile_side x tile_side pixels from (u0, v0) on, cut at the image's edge.
 struct PixelTile {
   std::int32_t u0 = 0, v0 = 0, u1 = 0, v1 = 0;  ///< u1 and v1 exclusive
-  std::array<Direction, 4> corners;             ///< their hull holds every sample, with a quarter of a pixel to spare
+  std::array<Direction, 4> corners;  ///< outer corners: their hull contains every sample with a margin of 1/4 px
 };
 
 struct PixelFan {
   static constexpr std::int32_t tile_side = 8;
 
-  /// std::invalid_argument for a camera that flight software would refuse.
+  /// Throws std::invalid_argument for a camera that flight software would refuse.
   explicit PixelFan(const CameraModel& model);
 
   [[nodiscard]] const PixelRays& at(std::int32_t u, std::int32_t v) const {
@@ -40,7 +41,7 @@ struct PixelFan {
   CameraModel camera;
   std::vector<PixelRays> pixels;  ///< row by row
   std::vector<PixelTile> tiles;   ///< row by row
-  std::vector<Direction> border;  ///< the image's outermost edge
+  std::vector<Direction> border;  ///< points on the image's outer edge, one per pixel corner
 };
 
 }  // namespace ilp::world

@@ -1,7 +1,7 @@
-// Rays against a patch of ground, exact for the bilinear surface. A single ray walks over the lattice's squares
-// (J. Amanatides, A. Woo, "A fast voxel traversal algorithm", Eurographics 1987), first in blocks that it may pass
-// above. Neighbouring rays share what a bundle of them knows: an interval that holds all their hits, found with the
-// blocks' least and greatest heights, and whether the ground in it is too gentle to be met twice.
+// Intersects rays with a patch of ground, exactly for the bilinear surface. A single ray traverses the lattice's
+// squares (J. Amanatides, A. Woo, "A fast voxel traversal algorithm", Eurographics 1987) after it has skipped blocks
+// below it. Neighbouring rays are first bounded as a bundle: minimum and maximum heights of blocks give an interval
+// with all their hits, and slopes show whether a ray can hit the ground in it only once.
 #pragma once
 
 #include <array>
@@ -14,19 +14,20 @@
 
 namespace ilp::world {
 
-/// A ray in units of a patch's lattice: x and y in posts from its first post, z in metres. It goes down: dz < 0.
+/// A ray in units of a patch's lattice: x and y in posts from the first post, z in metres. Its direction is downwards:
+/// dz < 0.
 struct LatticeRay {
   double x = 0, y = 0, z = 0;
   double dx = 0, dy = 0, dz = -1;
 };
 
-/// Where the rays of a bundle meet the ground.
+/// The interval of t in which the rays of a bundle hit the ground, at origin + t * direction.
 struct HitInterval {
-  double near = 0, far = 0;  ///< of the parameter t
-  bool single = false;       ///< inside it, no ray of the bundle can meet the ground more than once
+  double near = 0, far = 0;
+  bool single = false;  ///< no ray of the bundle can hit the ground more than once in the interval
 };
 
-/// Bounds of a part of the ground.
+/// Bounds of heights and slopes of a part of the ground.
 struct GroundBounds {
   float low, high;                     ///< of the heights, m
   float x_low, x_high, y_low, y_high;  ///< of the slopes, m per post
@@ -34,20 +35,19 @@ struct GroundBounds {
 
 class RayCaster {
  public:
-  /// Borrows the patch.
+  /// Keeps a reference to the patch.
   explicit RayCaster(const SurfacePatch& patch);
 
-  /// The smallest t at which origin + t * direction meets the ground; the origin lies above the patch's highest post,
-  /// the direction goes down. Negative when the ray leaves the patch first.
+  /// The smallest t at which origin + t * direction hits the ground. The origin must lie above the patch's highest
+  /// post, and the direction must be downwards. Negative if the ray leaves the patch before a hit.
   [[nodiscard]] double hit(const Vec3& origin, const Vec3& direction) const;
   [[nodiscard]] double hit(const LatticeRay& ray) const { return hit_after((top_ - ray.z) / ray.dz, ray); }
 
-  /// For all rays in the convex hull of the outer ones: at every t, their places lie in the hull of the outer rays'
-  /// places. The rays start above the patch and meet it inside.
+  /// An interval for all rays in the convex hull of the outer rays: at every t, the points of these rays lie in the
+  /// hull of the points of the outer rays. The rays must start above the patch and hit the ground inside it.
   [[nodiscard]] HitInterval narrow(std::span<const LatticeRay> outer) const;
 
-  /// The same as `hit`, for a ray of the bundle that `interval` belongs to. `guess` is a t near the hit; a wrong guess
-  /// only costs time.
+  /// As hit(ray), for a ray of the bundle of `interval`. `guess` is an estimate of t; a wrong estimate only costs time.
   [[nodiscard]] double hit(const LatticeRay& ray, const HitInterval& interval, double guess) const;
 
  private:

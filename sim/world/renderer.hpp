@@ -1,4 +1,4 @@
-// What the camera sees of the ground, and how far away it is.
+// Renders images of the ground and their depths.
 #pragma once
 
 #include <cstdint>
@@ -21,22 +21,22 @@ struct RenderedFrame {
 
 class Renderer {
  public:
-  /// Borrows the terrain. std::invalid_argument for a camera that flight software would refuse, and for an effect out
-  /// of its range.
+  /// Keeps a reference to the terrain. Throws std::invalid_argument for a camera that flight software would refuse, and
+  /// for an effect out of range.
   Renderer(const Terrain& terrain, const CameraModel& camera, const CameraEffects& effects, std::uint64_t seed);
 
-  /// For the next images. Not to be called while one is rendered.
+  /// Sets the effects for the next images. Must not be called while an image is rendered.
   void set_effects(const CameraEffects& effects) { effects_ = effects; }
 
-  /// Radiance is averaged over 2x2 rays per pixel; grey = 255 L / (L + 1) for a radiance L, so that level ground of
-  /// mean albedo is 127 and nothing saturates. The depth is that of an ideal shutter at motion.state, whatever the
-  /// effects; the image is altered in the order of the light: motion, haze, clouds, vignetting, point spread, sensor. A
-  /// cloud that hides the ground leaves no depth (0). Same seed, index and motion, same bytes. std::runtime_error when
-  /// the camera is inside the ground's range of heights or sees the horizon. Safe to call from several threads.
+  /// Renders the image and the depths of a frame. Radiance is averaged over 2x2 rays per pixel. Grey levels are those
+  /// of `expose` (sensor.hpp): level ground of mean albedo has 127. The effects change the image in the order of the
+  /// light's path: motion, haze, clouds, vignetting, point spread, sensor. The depth is always that of an ideal shutter
+  /// at motion.state; it is 0 if a cloud hides the ground. The same seed, index and motion give the same bytes. Throws
+  /// std::runtime_error if the camera is not above the highest ground or sees the horizon. Thread-safe.
   void render(const CameraMotion& motion, std::int64_t frame_index, RenderedFrame& out) const;
 
  private:
-  struct View;  // one frame's ground
+  struct View;  // the ground of one frame
   [[nodiscard]] Rectangle footprint(std::span<const CameraState> states) const;
   void look(const View& view, const CameraState& state, host::Raster<float>& depth_m,
             host::Raster<float>& radiance) const;

@@ -1,4 +1,4 @@
-// Sunlight on posts: how squarely it falls, and what stands in its way.
+// Computes direct sunlight on posts: angle of incidence and cast shadows.
 #pragma once
 
 #include <cstdint>
@@ -9,34 +9,32 @@
 
 namespace ilp::world {
 
-/// Posts beyond a rectangle of posts.
+/// Number of posts around a rectangle of posts.
 struct PostMargin {
   std::int32_t left = 1, right = 1;   ///< towards smaller and larger columns
   std::int32_t below = 1, above = 1;  ///< towards smaller and larger rows
 };
 
-/// Direct sunlight, shadows included, however far off what casts them. The way from a post towards the sun is sampled
-/// where it crosses the lattice's lines. A post's light depends on the heights only, not on which posts are lit at
-/// once.
+/// Direct sunlight with shadows. The line from a post to the sun is sampled where it crosses the lattice's lines. The
+/// light of a post depends on the heights only, not on the rectangle that is computed.
 class Sunlight {
  public:
-  static constexpr std::int32_t longest_shadow = 2048;  ///< lattice lines; shadows end there
+  static constexpr std::int32_t longest_shadow = 2048;  ///< largest length of a shadow, lattice lines
 
-  /// Angles in radians; azimuth from x towards y, elevation above 0 to pi/2. No post is higher than another by more
-  /// than `height_range_m`.
+  /// The azimuth is from x towards y, the elevation above 0 and up to pi/2. Heights differ by at most `height_range_m`.
   Sunlight(double azimuth_rad, double elevation_rad, double spacing_m, double height_range_m);
 
-  /// How far around the posts to be lit `direct` needs heights.
+  /// Number of posts around the rectangle whose heights `direct` needs.
   [[nodiscard]] const PostMargin& margin() const { return margin_; }
 
-  /// `heights` holds columns * rows posts, row by row, the margin included; `light` gets those inside the margin. 1 is
-  /// the light on level ground; it goes with the cosine of incidence, and from 1 down to 0 as the shadow's edge rises
-  /// above the post by up to one post spacing.
+  /// `heights` has columns * rows posts, row by row, including the margin. `light` gets the posts without the margin,
+  /// row by row. Light is proportional to the cosine of incidence; 1 is that of level ground. It decreases to 0 while
+  /// the shadow's edge rises from the post to one post spacing above it.
   void direct(std::span<const double> heights, std::int32_t columns, std::int32_t rows,
               std::vector<double>& light) const;
 
  private:
-  /// Posts side by side in a row, and the height below which each is in the shadow of another.
+  /// Adjacent posts of a row, with the heights below which they are in shadow.
   struct Chunk {
     static constexpr std::int32_t length = 32;
     std::int32_t column = 0, row = 0, count = 0;
@@ -59,10 +57,10 @@ class Sunlight {
 
   Vec3 sun_;
   double spacing_m_;
-  bool along_x_;            // the lattice's lines are crossed along x, else along y
+  bool along_x_;            // the line to the sun is sampled at steps in x, else in y
   std::int32_t direction_;  // +1 or -1, along that axis
-  double drift_;            // posts along the other axis per line
-  double rise_m_;           // of the way to the sun per line
+  double drift_;            // posts along the other axis per step
+  double rise_m_;           // of the line to the sun per step
   std::int32_t steps_;
   PostMargin margin_;
 };

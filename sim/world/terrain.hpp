@@ -1,5 +1,6 @@
-// The ground of a simulated world: fractal relief, craters, rocks, dunes, channels and layers, or what a user brings,
-// on posts of a world-wide lattice, bilinear between them. World frame: metres, x and y level, z up.
+// The lit ground of a simulated world: fractal relief, craters, rocks, dunes, channels and layers, or a user's maps.
+// Heights and light are computed at posts, the points of a world-wide lattice, with bilinear interpolation. World
+// frame: metres, x and y level, z up.
 #pragma once
 
 #include <cstddef>
@@ -15,46 +16,47 @@
 
 namespace ilp::world {
 
-/// Posts of a rectangle, row-major from the smallest x and y; post (i, j) stands at ((first_i + i) * spacing_m,
+/// The posts of a rectangle, row-major from the smallest x and y. Post (i, j) is at ((first_i + i) * spacing_m,
 /// (first_j + j) * spacing_m).
 struct SurfacePatch {
   std::int32_t first_i = 0, first_j = 0;
   std::int32_t columns = 0, rows = 0;
   double spacing_m = 1;
   std::vector<float> height_m;
-  std::vector<float> radiance;  ///< of the lit surface without its finest detail; level ground of mean albedo has 1
+  std::vector<float> radiance;  ///< of the lit surface without `detail`; level ground of mean albedo has 1
 
   [[nodiscard]] std::size_t index(std::int32_t i, std::int32_t j) const {
     return static_cast<std::size_t>(j) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(i);
   }
 };
 
-/// Every function may be called from several threads. Tiles of ground that were looked at lately are kept, some 100 MiB
-/// at most: frames that overlap cost little.
+/// Thread-safe. Recently used tiles of ground are cached (about 100 MiB at most), so that overlapping frames cost
+/// little.
 class Terrain {
  public:
-  /// std::invalid_argument names the field that is out of its range; std::runtime_error the file that cannot be used.
+  /// Throws std::invalid_argument that names a field that is out of range, and std::runtime_error that names a file
+  /// that cannot be used.
   explicit Terrain(const WorldParams& params);
   ~Terrain();
   Terrain(Terrain&&) noexcept;
   Terrain& operator=(Terrain&&) noexcept;
 
   [[nodiscard]] const WorldParams& params() const { return ground_.world(); }
-  /// Every height lies between these, m.
+  /// Bounds of all heights, m.
   [[nodiscard]] double lowest() const { return ground_.lowest(); }
   [[nodiscard]] double highest() const { return ground_.highest(); }
 
-  /// Height at a place, m. A few microseconds; for many places take a patch.
+  /// Height at a point, m. Takes a few microseconds; use a patch for many points.
   [[nodiscard]] double height(double x, double y) const;
-  /// Upward unit normal of the surface at a place, from slopes over two posts.
+  /// Upward unit normal of the surface at a point, from slopes over two post spacings.
   [[nodiscard]] Vec3 normal(double x, double y) const;
-  /// The posts that cover the rectangle. The same post has the same values in every patch. std::runtime_error for a
-  /// rectangle of more than 2^26 posts or beyond the world's edge, 2^30 posts from the origin.
+  /// The posts that cover the rectangle. A post has the same values in every patch. Throws std::runtime_error for a
+  /// rectangle of more than 2^26 posts, or beyond 2^30 posts from the origin.
   [[nodiscard]] SurfacePatch patch(const Rectangle& area) const;
-  /// The features in the rectangle: craters, boulder fields, rocks, channels, scarps.
+  /// The features that touch the rectangle (Ground::features).
   [[nodiscard]] std::vector<PlantedFeature> features(const Rectangle& area) const { return ground_.features(area); }
-  /// Relative brightness at a place due to detail finer than the posts resolve, for a pixel of `footprint_m` on the
-  /// ground: octaves that the pixel cannot hold fade out. Mean 1.
+  /// Factor on the brightness at a point by detail that is finer than the posts, mean 1. Octaves that a pixel of
+  /// `footprint_m` on the ground cannot resolve fade out.
   [[nodiscard]] double detail(double x, double y, double footprint_m) const {
     double sum = 0;
     for (const Octave& octave : ground_.detail_octaves()) {
@@ -65,7 +67,7 @@ class Terrain {
     }
     return 1 + sum;
   }
-  /// The same for a place at height z: liquid has no detail.
+  /// The same for a point at height z, where liquid has no detail (1).
   [[nodiscard]] double detail(double x, double y, double z, double footprint_m) const {
     return has_liquid_ && z <= liquid_top_ ? 1 : detail(x, y, footprint_m);
   }

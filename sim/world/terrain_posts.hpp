@@ -1,4 +1,4 @@
-// The ground before light falls on it: heights and brightness at posts of a world-wide lattice.
+// Computes the unlit ground: heights and brightness at posts, the points of a world-wide lattice.
 #pragma once
 
 #include <cstdint>
@@ -12,6 +12,7 @@
 
 namespace ilp::world {
 
+/// Values at the posts of a grid, row by row.
 struct Posts {
   PostGrid grid;
   std::vector<double> height_m;
@@ -24,30 +25,31 @@ struct Posts {
 
 enum class FeatureKind : std::uint8_t { crater, boulder_field, rock, channel, scarp, outcrop };
 
-/// Something that was put into the world: truth for what should be found there.
+/// A feature of the world, as truth for detectors.
 struct PlantedFeature {
   FeatureKind kind = FeatureKind::crater;
-  double x = 0, y = 0;
-  double radius_m = 0;  ///< of a channel half its width, of a scarp the distance within which it passes
-  double relief_m = 0;  ///< highest minus lowest point; of a boulder field that of its largest boulders
+  double x = 0, y = 0;  ///< centre, m
+  double radius_m = 0;  ///< channel: half of its width; scarp: distance within which the scarp passes the point
+  double relief_m = 0;  ///< highest minus lowest point; boulder field: relief of its largest boulders
 };
 
 class Ground {
  public:
-  /// Takes and throws the same as Terrain's constructor.
+  /// Throws as Terrain's constructor.
   explicit Ground(const WorldParams& world);
 
   [[nodiscard]] const WorldParams& world() const { return world_; }
   [[nodiscard]] const std::vector<Octave>& detail_octaves() const { return detail_octaves_; }
+  /// Bounds of all heights, m.
   [[nodiscard]] double lowest() const { return lowest_ * world_.ruggedness + 0.0; }
   [[nodiscard]] double highest() const { return highest_ * world_.ruggedness; }
-  /// A place that lies on liquid has no detail.
+  /// Height of the liquid's surface, m. Liquid has no detail.
   [[nodiscard]] double liquid_surface() const { return world_.liquid_level_m * world_.ruggedness; }
 
-  /// A post has the same values in every grid.
+  /// Values of the posts of a rectangle of the lattice. A post has the same values in every rectangle.
   [[nodiscard]] Posts posts(std::int32_t first_i, std::int32_t first_j, std::int32_t columns, std::int32_t rows) const;
-  /// The features that lie in the rectangle or reach into it, kind by kind. Channels and scarps are points along their
-  /// lines.
+  /// The features that touch the rectangle, in the order of their kinds. Channels and scarps are given as points along
+  /// their lines.
   [[nodiscard]] std::vector<PlantedFeature> features(const Rectangle& area) const;
 
  private:

@@ -1,5 +1,5 @@
-// What a simulated world looks like. The defaults suit a camera of 0.1 to 0.3 m ground pixels; another altitude needs
-// the lengths scaled with it, as the presets do (world_preset).
+// Parameters of a simulated world. The defaults suit ground pixels of 0.1 to 0.3 m. For another altitude all lengths
+// must be scaled, as in the presets (world_preset).
 #pragma once
 
 #include <cstdint>
@@ -13,71 +13,71 @@
 namespace ilp::world {
 
 struct WorldParams {
-  std::uint64_t seed = 1;  ///< another seed is another place
-  double ruggedness = 1;   ///< factor on every height: 0 is the plane z = 0 with its brightness kept
+  std::uint64_t seed = 1;  ///< another seed gives other ground
+  double ruggedness = 1;   ///< factor on every height; 0: the plane z = 0 with the same brightness
 
-  // Fractal ground: octaves of gradient noise, amplitude proportional to wavelength^hurst
-  double relief_m = 12;                ///< typical highest minus lowest point of a flight
+  // Fractal ground: octaves of gradient noise with amplitudes proportional to wavelength^hurst
+  double relief_m = 12;                ///< typical difference between highest and lowest point below a flight
   double longest_wavelength_m = 160;   ///< of the fractal ground
   double shortest_wavelength_m = 0.6;  ///< of the fractal ground; at least two post spacings
-  double hurst = 0.85;                 ///< 1: equally steep at every scale, lower: rougher
-  double post_spacing_m = 0.2;         ///< the ground is bilinear between posts
+  double hurst = 0.85;                 ///< 1: equally steep at every scale; lower: rougher
+  double post_spacing_m = 0.2;         ///< between posts, where heights are computed; bilinear in between
 
-  // Craters: size classes, each half as large as the previous class
+  // Craters: size classes, each half as large as the class before
   double largest_crater_radius_m = 18;
   double smallest_crater_radius_m = 1.2;
-  double crater_density = 0.6;      ///< 0 to 1: chance of one in a square of 3.2 radii, for the most crowded size
-  double crater_size_exponent = 2;  ///< b: the number larger than r falls as r^-b
+  double crater_density = 0.6;      ///< 0 to 1: probability per square of 3.2 radii, for the most crowded class
+  double crater_size_exponent = 2;  ///< b: the number with radii above r is proportional to r^-b
 
   // Rocks
   double largest_rock_radius_m = 1.4;
   double smallest_rock_radius_m = 0.35;
-  double rock_density = 0.5;  ///< 0 to 1: chance of one in a square of 6 radii, where the ground is rocky
-  double rock_size_exponent = 2;
+  double rock_density = 0.5;      ///< 0 to 1: probability per square of 6 radii, on rocky ground
+  double rock_size_exponent = 2;  ///< as crater_size_exponent
   double boulder_field_radius_m = 15;
-  double boulder_field_density = 0;       ///< 0 to 1: chance of one in a square of 4 radii
-  double boulder_field_rock_density = 1;  ///< rock_density within them
-  int boulder_field_layers = 1;           ///< factor on the number of rocks within them
+  double boulder_field_density = 0;       ///< 0 to 1: probability per square of 4 radii
+  double boulder_field_rock_density = 1;  ///< rock_density inside boulder fields
+  int boulder_field_layers = 1;           ///< factor on the number of rocks inside boulder fields
 
   // Outcrops of bedrock
   double outcrop_radius_m = 14;
-  double outcrop_density = 0;  ///< 0 to 1: chance of one in a square of 4 radii
+  double outcrop_density = 0;  ///< 0 to 1: probability per square of 4 radii
 
   // Transverse dunes or ripples
   double dune_height_m = 0;  ///< trough to crest; 0: none
   double dune_wavelength_m = 20;
-  double dune_direction_rad = 0.4;  ///< the wind blows towards it, from x towards y; the steep side faces it
-  double dune_asymmetry = 0.6;      ///< 0: both sides alike, 1: the steep side is a ninth as long as the other
+  double dune_direction_rad = 0.4;  ///< to which the wind blows and the steep side faces, from x towards y
+  double dune_asymmetry = 0.6;      ///< 0: both sides equal; 1: the steep side is a ninth as long as the other
 
-  // Channels, meandering side by side
+  // Parallel, meandering channels
   double channel_depth_m = 0;  ///< 0: none
   double channel_width_m = 12;
-  double channel_spacing_m = 120;
-  double channel_direction_rad = 1.3;
-  double channel_meander = 0.5;  ///< 0: straight, 1: as wide as the spacing allows
+  double channel_spacing_m = 120;      ///< between centre lines
+  double channel_direction_rad = 1.3;  ///< along the channels, from x towards y
+  double channel_meander = 0.5;        ///< 0: straight; 1: as wide as the spacing allows
 
-  // Layers: the fractal ground weathers to terraces with scarps between them
-  double terrace_step_m = 0;  ///< between terraces; 0: none
-  double terrace_steepness = 0.7;
+  // Layers: the fractal ground has terraces with scarps between them
+  double terrace_step_m = 0;       ///< height between terraces; 0: none
+  double terrace_steepness = 0.7;  ///< 0 to 1 (terrace in landforms.hpp)
 
-  // Shore: the ground falls away on one side of a line, and liquid fills what lies low
-  double shore_slope = 0;               ///< of the ground across the line; 0: none
+  // Shore: the ground slopes down on one side of a line, and liquid covers low ground
+  double shore_slope = 0;               ///< of the ground across the line; 0: no shore
   double shore_direction_rad = 1.5708;  ///< towards the land, across the line
   double shore_distance_m = 0;          ///< from the origin to the line, along the direction
-  bool liquid = false;
-  double liquid_level_m = 0;  ///< height of its surface
+  bool liquid = false;                  ///< there is liquid
+  double liquid_level_m = 0;            ///< height of the liquid's surface
   double liquid_albedo = 0.3;
 
-  // Imported ground: GeoTIFF, PFM or PNG; empty: none
-  std::string heightmap;             ///< replaces everything above that has a height, but liquid
-  bool heightmap_landforms = false;  ///< craters, rocks, dunes, channels and terraces on the imported heights too
+  // Imported ground: files in GeoTIFF, PFM or PNG; empty: none
+  std::string heightmap;             ///< replaces all generated heights except the liquid
+  bool heightmap_landforms = false;  ///< adds craters, rocks, dunes, channels and terraces to the imported heights
   std::string albedo_map;            ///< replaces the generated brightness; its mean becomes 1
-  double map_spacing_m = 0;          ///< between the pixels of the maps; 0: the file says it
-  double map_height_unit_m = 1;      ///< metres per unit of the heightmap
-  double map_x_m = 0;                ///< where the centre of the heightmap lies
+  double map_spacing_m = 0;          ///< between the pixels of the maps; 0: from the file
+  double map_height_unit_m = 1;      ///< factor on the heights that were read
+  double map_x_m = 0;                ///< position of the heightmap's centre
   double map_y_m = 0;
-  bool map_georeferenced = false;  ///< the file's own coordinates and heights; else its mean height is z = 0
-  bool fill_holes = false;         ///< pixels without a height get one from their neighbours; else they are an error
+  bool map_georeferenced = false;  ///< uses the file's coordinates and heights; else its mean height becomes z = 0
+  bool fill_holes = false;         ///< fills pixels without a value from their neighbours; else they are an error
 
   // Light and surface
   double sun_azimuth_rad = 2.2;     ///< direction towards the sun, from x towards y
@@ -89,24 +89,25 @@ struct WorldParams {
 /// The fields by name, for scenario files and campaigns.
 [[nodiscard]] std::vector<Parameter> parameters(WorldParams& world);
 
-/// std::invalid_argument names the field that is out of its range or contradicts another, and what was expected.
+/// Throws std::invalid_argument that names a field that is out of range or contradicts another field, and what was
+/// expected.
 void validate(const WorldParams& world);
 
-// Worlds by name, each with the flight that suits its lengths: a ground pixel is about a post for a camera of 550 px
-// focal length.
+// Preset worlds, each with altitude and speed of a flight that suits its lengths. For a focal length of 550 px, a
+// ground pixel is about as large as the post spacing.
 
 struct WorldPreset {
   std::string_view name;
-  std::string_view meaning;
+  std::string_view meaning;  ///< for the list of scenarios
   WorldParams world;
   double altitude_m = 100;
   double drift_m_s = 2.5;  ///< along x: 95 % overlap between frames taken every 2 s
 };
 
-/// testbed, mars-plains, mars-canyon, titan-shore, flat.
+/// The presets testbed, mars-plains, mars-canyon, titan-shore and flat.
 [[nodiscard]] std::span<const WorldPreset> world_presets();
 
-/// std::invalid_argument lists the names.
+/// The preset with this name. Throws std::invalid_argument with a list of the names if there is none.
 [[nodiscard]] const WorldPreset& world_preset(std::string_view name);
 
 }  // namespace ilp::world

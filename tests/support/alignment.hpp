@@ -1,5 +1,5 @@
-// Similarity alignment of two point sets (S. Umeyama, "Least-squares estimation of transformation parameters between
-// two point patterns", PAMI 1991), to compare reconstructions whose frame and scale are free.
+// Aligns two point sets by a similarity (S. Umeyama, "Least-squares estimation of transformation parameters between two
+// point patterns", PAMI 1991), to compare reconstructions whose frame and scale are arbitrary.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,7 +17,7 @@ struct Alignment {
   Eigen::Vector3d operator*(const Eigen::Vector3d& x) const { return scale * (rotation * x) + translation; }
 };
 
-/// target ~ alignment * source, in the least-squares sense.
+/// Returns the similarity that minimises the sum of the squared distances between alignment * source[i] and target[i].
 inline Alignment align(const std::vector<Eigen::Vector3d>& source, const std::vector<Eigen::Vector3d>& target) {
   Alignment result;
   const auto n = static_cast<double>(source.size());
@@ -46,7 +46,7 @@ struct AlignmentErrors {
   double worst = 0;
 };
 
-/// Distances that remain after the alignment, in units of the target.
+/// Mean and maximum distance between corresponding points after the alignment, in units of the target.
 inline AlignmentErrors alignment_errors(const std::vector<Eigen::Vector3d>& source,
                                         const std::vector<Eigen::Vector3d>& target) {
   const Alignment target_from_source = align(source, target);

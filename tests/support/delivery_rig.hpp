@@ -1,4 +1,5 @@
-// A package that sends files, a ground that receives them and a link between them, in virtual time.
+// Test rig for file delivery in virtual time: the onboard side that sends files, a ground station that receives them,
+// and a link between them.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -26,7 +27,7 @@ namespace ilp::test {
 
 using Bytes = std::vector<std::uint8_t>;
 
-/// Plays Downlink: hands files over and accepts a delivery only when the queue reports it.
+/// Acts as Downlink: hands files over, and counts a file as delivered only when the queue reports it.
 class DeliveryRig {
  public:
   explicit DeliveryRig(const LoopbackFaults& faults = {}, std::uint32_t seed = 1)
@@ -46,7 +47,7 @@ class DeliveryRig {
     return bytes;
   }
 
-  /// Starts again as after a power cut: only what was committed is there.
+  /// Restarts the onboard side as after a power cut: only committed data remain.
   void reboot() {
     board = std::make_unique<Board>(*this);
     EXPECT_TRUE(board->delivery.restore().ok());
@@ -70,7 +71,8 @@ class DeliveryRig {
     receive();
     if (ground_listens) run_ground();
   }
-  /// Until everything is confirmed; the steps that it took.
+  /// Steps until all files are confirmed, and returns the number of steps. The test fails if `most_steps` do not
+  /// suffice.
   int run(int most_steps) {
     for (int i = 1; i <= most_steps; ++i) {
       step();
@@ -109,8 +111,8 @@ class DeliveryRig {
   std::vector<std::byte> region = std::vector<std::byte>(std::size_t{48} << 20U);
   RamStore store{region};
   RefusingStore refusing{store};
-  FailingStore failing{refusing};  ///< what FileDelivery sees
-  MapFolder* map = nullptr;        ///< seen by FileDelivery from the next reboot() on
+  FailingStore failing{refusing};  ///< the store of FileDelivery
+  MapFolder* map = nullptr;        ///< the map of FileDelivery from the next reboot() on
   std::unique_ptr<LoopbackLink> link;
   std::mt19937 random;
   std::unique_ptr<Board> board;
@@ -118,11 +120,11 @@ class DeliveryRig {
   std::unique_ptr<ground_cfdp::CfdpReceiver> ground;
   bool ground_keeps = true;
   bool ground_listens = true;
-  std::map<std::string, Bytes> files;      ///< what was offered
-  std::map<std::string, Bytes> on_ground;  ///< what the ground has kept; survives its restarts
+  std::map<std::string, Bytes> files;      ///< files that were offered, by name
+  std::map<std::string, Bytes> on_ground;  ///< files that the ground has kept; they survive its restarts
   std::deque<std::string> to_send;
-  std::set<std::string> sent;       ///< handed over, not confirmed
-  std::set<std::string> confirmed;  ///< "deleted on board"
+  std::set<std::string> sent;       ///< files that were handed over and not confirmed
+  std::set<std::string> confirmed;  ///< files that were confirmed, which Downlink would delete on board
   std::vector<Status> events;
 
  private:

@@ -1,4 +1,4 @@
-// JPEG files as cameras write them: colours, and an Exif segment with time, focal length and position (CIPA DC-008).
+// Writes JPEG files as cameras do: in colour, with an Exif segment of time, focal length and position (CIPA DC-008).
 #pragma once
 
 #include <cstdint>
@@ -11,15 +11,16 @@
 
 namespace ilp::test {
 
+/// The fraction `over` / `under`.
 struct ExifRational {
   std::uint32_t over = 0, under = 1;
 };
 
-/// What is not given is not written. Values are written as they are, right or wrong.
+/// Values of the tags. Empty ones are not written. Values are written unchecked.
 struct ExifTags {
-  std::string model;      ///< of the camera
+  std::string model;      ///< model of the camera
   std::string time;       ///< "2026:11:22 08:40:00"
-  std::string subsecond;  ///< digits of the fraction
+  std::string subsecond;  ///< decimal digits of the fraction of a second
   std::optional<std::uint16_t> focal_35mm;
   std::string latitude_letter, longitude_letter;
   std::vector<ExifRational> latitude, longitude;  ///< degrees, minutes, seconds
@@ -29,17 +30,17 @@ struct ExifTags {
   std::string gps_date;                ///< "2026:11:22"
   std::string zone;                    ///< "+02:00"
   std::optional<ExifRational> focal_mm, direction_deg;
-  std::optional<std::uint32_t> width, height;   ///< as the tags state them
-  std::optional<ExifRational> pixels_per_inch;  ///< of the focal plane
-  std::string gimbal;                           ///< attributes of drone-dji in XMP, as they stand in the file
+  std::optional<std::uint32_t> width, height;   ///< picture size that the tags state, px
+  std::optional<ExifRational> pixels_per_inch;  ///< resolution of the focal plane
+  std::string gimbal;                           ///< text of the drone-dji attributes in XMP
 
-  /// Degrees, minutes and seconds to 1e-5 seconds, a third of a millimetre.
+  /// Sets the position, rounded to 1e-5 arc seconds (a third of a millimetre).
   void set_place(double longitude_deg, double latitude_deg, double elevation_m);
 };
 
-/// The segment with its marker. Throws std::length_error beyond 64 KiB.
+/// Returns the segment with its marker. Throws std::length_error if it exceeds 64 KiB.
 [[nodiscard]] std::string exif_segment(const ExifTags& tags);
-/// Throws std::runtime_error.
+/// Writes a JPEG file with the tags. Throws std::runtime_error if it cannot be written.
 void write_photograph(const std::filesystem::path& path, const host::Raster<host::Rgb>& picture, const ExifTags& tags);
 
 }  // namespace ilp::test

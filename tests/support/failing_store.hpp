@@ -1,4 +1,4 @@
-// A store whose calls fail when a test wants them to, in front of any other store.
+// A store in front of another one whose calls fail as a test requests.
 #pragma once
 
 #include <cstdint>
@@ -32,35 +32,36 @@ enum class StoreCall : std::uint8_t {
   return names[static_cast<std::size_t>(call)];
 }
 
-/// Faults follow the contract of Store: a call that fails does nothing, a write that fails dooms its transaction, a
-/// commit that fails rolls back.
+/// Failures follow the contract of Store: a failed call does nothing, a failed write dooms its transaction, and a
+/// failed commit rolls back.
 class FailingStore final : public ForwardingStore {
  public:
   struct Call {
     StoreCall kind = StoreCall::begin;
-    RecordType type = RecordType::count;  ///< `count` where the call concerns no table
-    std::int64_t id = 0;                  ///< of the record, 0 where the call names none
-    std::int64_t number = 0;              ///< of all calls that can fail, from 0
+    RecordType type = RecordType::count;  ///< table of the call; `count`: none
+    std::int64_t id = 0;                  ///< id of the record; 0: the call names none
+    std::int64_t number = 0;              ///< number of the call among all that can fail, from 0
   };
-  /// Asked before every call that can fail. A status other than ok is the answer, and the wrapped store is not called.
+  /// Called before every call that can fail. A status other than ok is returned without calling the inner store.
   using Judge = std::function<Status(const Call&)>;
 
   explicit FailingStore(Store& store, Judge judge = {}) : ForwardingStore(store), judge_(std::move(judge)) {}
 
   void judge_by(Judge judge) { judge_ = std::move(judge); }
-  /// Call `first` and the next `calls - 1` calls answer with `fault`. Replaces the judge.
+  /// Lets `calls` calls from number `first` on return `fault`. Replaces the judge.
   void fail(std::int64_t first, std::int64_t calls = 1, const Status& fault = {StatusCode::store_error, 10}) {
     judge_ = [=](const Call& call) { return call.number >= first && call.number < first + calls ? fault : Status{}; };
   }
-  /// Another process keeps the lock of the writers, until recover().
+  /// Behaves as if another process kept the writers' lock, until recover().
   void lock() {
     judge_ = [](const Call& call) {
       return call.kind == StoreCall::begin ? Status{StatusCode::store_locked} : Status{};
     };
   }
   void recover() { judge_ = {}; }
-  /// A record that does not have its checksum any more, until it is put or erased; and its blobs, when `blobs`.
+  /// Makes a record read as damaged until it is put or erased; with `blobs`, its blobs too.
   void damage(RecordType type, std::int64_t id, bool blobs = true) { damaged_[{type, id}] = blobs; }
+  /// Number of calls that could fail, and of those that the judge has let fail.
   [[nodiscard]] std::int64_t calls() const { return calls_; }
   [[nodiscard]] std::int64_t failed() const { return failed_; }
 

@@ -1,4 +1,4 @@
-// Clocks that the test moves.
+// Clocks that a test sets.
 #pragma once
 
 #include "hal/clock/clock.hpp"

@@ -1,4 +1,4 @@
-// A flight for tests, in memory that is zero at first, as the static memory of a process is.
+// A flight for tests, in memory that begins as zeros, as the static memory of a process does.
 #pragma once
 
 #include <cstdlib>
@@ -10,7 +10,7 @@
 
 namespace ilp::test {
 
-/// What a flight is connected to, with a nonvolatile memory that knows of no earlier start where none is given.
+/// What the test connects to the flight; see FlightDevices. The nonvolatile memory is empty and belongs to the kit.
 struct KitDevices {
   Store& store;
   Camera& camera;
@@ -35,7 +35,7 @@ class FlightKit {
                                                     .real_time = devices.real_time},
                                                    mission)) {}
 
-  /// As a board does it.
+  /// Starts the flight in virtual time.
   Status start(const CameraModel& camera) {
     ILP_TRY(flight_->prepare({}));
     return flight_->start(camera);

@@ -1,4 +1,4 @@
-// Octets that independent implementations wrote, where the data folder is there (../shared/data/tctm).
+// Reads octets written by independent implementations from the data folder (../shared/data/tctm), if it exists.
 #pragma once
 
 #include <filesystem>
@@ -15,7 +15,8 @@ inline std::filesystem::path golden_folder() {
   return std::filesystem::path(ILP_SOURCE_DIR) / "../shared/data/tctm";
 }
 
-/// The last word of every line that is no comment, by the line's first word; empty when there is no such file.
+/// Returns the octets in the last word of each line, with the line's first word as key. Lines that begin with # are
+/// skipped. Empty if there is no such file.
 inline std::map<std::string, Bytes> golden_vectors(const char* file) {
   std::map<std::string, Bytes> vectors;
   std::ifstream in(golden_folder() / file);

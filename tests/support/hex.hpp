@@ -1,4 +1,4 @@
-// Octets as text.
+// Converts between octets and hexadecimal text.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@ namespace ilp {
 
 using Bytes = std::vector<std::uint8_t>;
 
-/// Blanks between octets are left out.
+/// Blanks are skipped.
 inline Bytes from_hex(const std::string& text) {
   Bytes bytes;
   std::string digits;

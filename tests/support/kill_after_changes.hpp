@@ -1,4 +1,5 @@
-// Kills a process in the middle of its work, which its files tell on a machine of any speed.
+// Kills a process in the middle of its work. The time is determined by changes of its files, so that it does not depend
+// on the speed of the machine.
 #pragma once
 
 #include <signal.h>
@@ -11,7 +12,7 @@
 
 namespace ilp::test {
 
-/// Names and sizes of what is below a folder.
+/// Returns the sizes of all files below a folder, by path.
 [[nodiscard]] inline std::map<std::string, std::uintmax_t> sizes_below(const std::filesystem::path& folder) {
   std::map<std::string, std::uintmax_t> sizes;
   std::error_code error;
@@ -23,7 +24,8 @@ namespace ilp::test {
   return sizes;
 }
 
-/// Kills a child once names or sizes below `folder` were seen to change so often. False: it had ended by itself.
+/// Kills a child process when names or sizes of files below `folder` have changed `changes` times. Returns false if the
+/// child has ended by itself before.
 [[nodiscard]] inline bool kill_after_changes(pid_t child, const std::filesystem::path& folder, int changes) {
   std::map<std::string, std::uintmax_t> before = sizes_below(folder);
   int status = 0;

@@ -1,4 +1,4 @@
-// A device that is as right as the processor, because it is the processor, and as late as the test wants it.
+// A Compute for tests that acts as a slow device: it returns `waiting` a number of times, then the processor computes.
 #pragma once
 
 #include "hal/compute/cpu/cpu_compute.hpp"

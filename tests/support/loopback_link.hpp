@@ -1,4 +1,4 @@
-// Two ends of a link in memory, with the faults of radio links.
+// A link in memory with two ends and the faults of radio links: loss, duplication, reordering, delay and outages.
 #pragma once
 
 #include <array>
@@ -11,27 +11,29 @@
 
 namespace ilp {
 
-/// Chances are per packet, in either direction. The same seed and the same packets give the same faults.
+/// Probabilities are for each packet, in either direction. The same seed and the same packets give the same faults.
 struct LoopbackFaults {
   std::uint64_t seed = 1;
-  double loss = 0;
-  double duplication = 0;
-  double reordering = 0;  ///< chance to be `late_ns` late and thus after others
-  TimeNs delay_ns = 0;
-  TimeNs late_ns = 50 * ns_per_ms;
-  TimeNs outage_period_ns = 0;  ///< 0: no outages; otherwise packets sent at the end of each period are lost
-  TimeNs outage_length_ns = 0;
+  double loss = 0;                  ///< probability that a packet is lost
+  double duplication = 0;           ///< probability that it arrives twice
+  double reordering = 0;            ///< probability that it is delayed by `late_ns` more, and thus arrives after others
+  TimeNs delay_ns = 0;              ///< delay of every packet
+  TimeNs late_ns = 50 * ns_per_ms;  ///< additional delay of a reordered packet
+  TimeNs outage_period_ns = 0;      ///< period of outages; 0: no outages
+  TimeNs outage_length_ns = 0;      ///< time at the end of each period during which all packets are lost
 };
 
-/// A bounded queue of packets in transit. About 2 MiB.
+/// A bounded queue of packets in transit in one direction. An object has about 2 MiB.
 class LoopbackDirection {
  public:
   static constexpr std::size_t capacity = 512;
   static constexpr std::size_t packet_bytes = 4096;
 
-  /// `not_ready` when full; `capacity_exceeded` for a packet beyond packet_bytes.
+  /// Enters a packet that arrives at `due`. Returns `not_ready` if the queue is full, and `capacity_exceeded` if the
+  /// packet exceeds packet_bytes.
   Status put(std::span<const std::uint8_t> packet, TimeNs due);
-  /// The packet that is due first, in order of sending for equal times.
+  /// Removes the packet that is due first, if it is due at `now`. Packets with equal times come in the order of
+  /// sending.
   Status take(std::span<std::uint8_t> out, std::size_t& bytes, TimeNs now);
 
  private:
@@ -54,10 +56,12 @@ class LoopbackEnd final : public PacketLink {
   /// Also returns ok for a packet that is lost in transit.
   Status send(std::span<const std::uint8_t> packet) override;
 
+  /// Number of packets from this end that were lost.
   [[nodiscard]] std::uint64_t lost() const { return lost_; }
 
  private:
   [[nodiscard]] bool outage(TimeNs now) const;
+  /// Draws the arrival time of a packet.
   TimeNs due(TimeNs now);
 
   LoopbackDirection& in_;
@@ -73,7 +77,7 @@ class LoopbackLink {
   LoopbackLink(Clock& clock, const LoopbackFaults& faults);
   PacketLink& board() { return board_; }
   PacketLink& ground() { return ground_; }
-  /// Faults for all packets sent from now on.
+  /// Faults of packets; changes apply to packets that are sent later.
   LoopbackFaults& faults() { return faults_; }
   [[nodiscard]] std::uint64_t lost() const { return board_.lost() + ground_.lost(); }
 

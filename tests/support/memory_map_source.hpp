@@ -1,4 +1,4 @@
-// A map in memory. The bytes are the owner's and outlive it.
+// A map source for tests that reads a map in memory. The bytes of the map outlive the source.
 #pragma once
 
 #include <algorithm>

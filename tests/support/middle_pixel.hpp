@@ -1,4 +1,4 @@
-// The inverse of seen_pixel().
+// The inverse of seen_pixel(): where a point seen at a pixel would be seen at the time of the image's middle row.
 #pragma once
 
 #include "fsw/vision/geometry/rolling_shutter.hpp"

@@ -1,4 +1,4 @@
-// The text of a page from ilp-ground, as its script writes it in a browser.
+// Reads a page from ilp-ground as its script writes it in a browser.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -7,7 +7,8 @@
 
 namespace ilp::test {
 
-/// HTML. Node runs the script: the test needs ILP_NEED_TOOL("node").
+/// Returns the HTML of the page after its script has run. Node runs the script, so the test needs
+/// ILP_NEED_TOOL("node").
 [[nodiscard]] inline std::string page_text(const std::filesystem::path& page) {
   ToolResult run = run_tool("node tests/support/page_text.mjs " + quoted(page));
   EXPECT_EQ(run.status, 0) << page;

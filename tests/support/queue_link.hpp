@@ -13,7 +13,7 @@ namespace ilp::test {
 
 using Octets = std::vector<std::uint8_t>;
 
-/// Gives what was put into `up`, and keeps what is sent in `down`, unless it is deaf.
+/// receive() returns the packets of `up` in order. send() appends packets to `down`, unless the link is deaf.
 class QueueLink final : public PacketLink {
  public:
   Status receive(std::span<std::uint8_t> buffer, std::size_t& bytes) override {

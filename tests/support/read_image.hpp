@@ -1,4 +1,4 @@
-// Reads the grey images of the test data: 8-bit PNG (colour is converted) and binary PGM.
+// Reads the grey images of the test data: PNG of 8 bits (colour is converted) or 16 bits, and binary PGM.
 #pragma once
 
 #include <cstdint>
@@ -24,7 +24,7 @@ struct Image {
   [[nodiscard]] MutableGrayView view() { return {pixels.data(), width, height}; }
 };
 
-/// 16-bit grey PNG (disparity maps), values as stored.
+/// A 16-bit grey image, such as a disparity map, with the values of the file.
 struct Image16 {
   std::int32_t width = 0;
   std::int32_t height = 0;
@@ -33,10 +33,10 @@ struct Image16 {
   [[nodiscard]] bool empty() const { return pixels.empty(); }
 };
 
-/// The project's test data lie beside it; tests run with the project root as working directory.
+/// Folder of the test data, relative to the project's root, which is the working directory of tests.
 inline constexpr const char* data_root = "../shared/data/";
 
-/// An empty image when the file is missing or malformed.
+/// Read an image. Return an empty image if the file is missing or malformed.
 [[nodiscard]] Image read_image(const std::string& path);
 [[nodiscard]] Image16 read_image16(const std::string& path);
 

@@ -1,5 +1,5 @@
-// A video device of the tests: a camera and its driver in virtual time, which behave correctly unless a test sets a
-// fault.
+// A simulated video device for tests: a camera and its driver in virtual time, which behave correctly unless a test
+// sets a fault.
 #pragma once
 
 #include <linux/videodev2.h>
@@ -18,13 +18,13 @@ namespace ilp::test {
 
 class ScriptedVideoDevice final : public VideoDevice {
  public:
-  /// Monotonic time is mission time less this.
+  /// Mission time minus the device's monotonic time.
   static constexpr TimeNs mission_minus_monotonic = 7 * ns_per_s;
 
   struct Control {
     std::int32_t minimum, maximum, step, value;
   };
-  /// A finished frame on its way to the flight; `spoil` may change everything.
+  /// A finished frame before the flight gets it; `spoil` may change it.
   struct Frame {
     std::int64_t number;
     TimeNs exposed_ns;  ///< start of exposure, mission time
@@ -41,34 +41,35 @@ class ScriptedVideoDevice final : public VideoDevice {
   void unmap(std::span<const std::uint8_t> bytes) override;
   [[nodiscard]] int wait(int timeout_ms, bool& readable) override;
 
-  // The camera.
+  // Properties of the camera and its driver.
   std::vector<std::uint32_t> formats = {V4L2_PIX_FMT_GREY};
   bool lists_formats = true;
-  std::map<std::uint32_t, std::pair<std::uint32_t, std::uint32_t>> sizes;  ///< of formats that have one size only
-  std::int32_t width = 0, height = 0;  ///< the only size that it has; 0: any size that is asked for
+  /// Width and height, px, of pixel formats that have only one size.
+  std::map<std::uint32_t, std::pair<std::uint32_t, std::uint32_t>> sizes;
+  std::int32_t width = 0, height = 0;  ///< the only size of the camera, px; 0: any requested size
   std::string model = "a camera";
   std::uint32_t capabilities = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_STREAMING;
   std::uint32_t stride_padding = 0;
-  std::uint32_t stated_stride_change = 0, stated_size_change = 0;  ///< added to what is true, modulo 2^32
+  std::uint32_t stated_stride_change = 0, stated_size_change = 0;  ///< stated minus true value, bytes, modulo 2^32
   TimeNs period_ns = 40 * ns_per_ms;
   bool states_rate = true;
   TimeNs first_exposure_ns = 13 * ns_per_ms;
-  TimeNs transfer_ns = 30 * ns_per_ms;  ///< from start of exposure until the frame is finished
+  TimeNs transfer_ns = 30 * ns_per_ms;  ///< time from the start of exposure until the frame is finished
   std::map<std::uint32_t, Control> controls;
   bool present = true;
-  bool silent = false;  ///< exposes nothing
+  bool silent = false;  ///< the camera exposes no frames
   std::uint32_t most_buffers = 32, least_buffers = 0;
   std::uint32_t length_change = 0;
   std::function<void(Frame&)> spoil;
   std::function<std::uint8_t(std::int64_t number, std::int32_t x, std::int32_t y)> picture;
-  /// Draws all bytes of a picture, instead of `picture`.
+  /// Draws all bytes of a picture, in place of `picture`.
   std::function<void(std::int64_t number, const v4l2_pix_format& format, std::vector<std::uint8_t>& bytes)>
       whole_picture;
-  /// Errors of the next calls of a request, 0 for one that works.
+  /// For each request, the errno values of its next calls; 0: the call works.
   std::map<unsigned long, std::deque<int>> failures;
 
-  // What happened.
-  std::vector<TimeNs> exposures;  ///< of frames that found a buffer
+  // Records of what happened.
+  std::vector<TimeNs> exposures;  ///< start of exposure of all frames for which there was a buffer
   std::int64_t frames_without_buffer = 0;
   std::int64_t frames_taken = 0;
   std::map<unsigned long, int> requests;
@@ -76,7 +77,7 @@ class ScriptedVideoDevice final : public VideoDevice {
   int open_attempts = 0;
   std::size_t mapped = 0;
   int longest_wait_ms = 0;
-  std::vector<std::string> misuse;  ///< calls that a driver need not stand
+  std::vector<std::string> misuse;  ///< calls that violate the V4L2 interface
 
  private:
   struct Slot {

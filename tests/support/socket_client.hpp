@@ -1,4 +1,4 @@
-// A ground station's end of a socket, for tests: waits as long as it must, with a bound against hanging.
+// A ground station's end of a UDP or TCP socket, for tests. Receiving waits up to a limit.
 #pragma once
 
 #include <cstdint>
@@ -30,19 +30,20 @@ class UdpClient {
 
 class TcpClient {
  public:
-  /// `receive_queue`: bytes that the system keeps for a client that does not read; 0: as usual.
+  /// `receive_queue` is the size of the system's receive buffer, bytes; 0: the system's default.
   explicit TcpClient(const SocketAddress& board, int receive_queue = 0);
   ~TcpClient();
   TcpClient(const TcpClient&) = delete;
   TcpClient& operator=(const TcpClient&) = delete;
-  /// False when the other side has closed.
+  /// Returns false if the other side has closed the connection.
   bool send(const Bytes& bytes);
-  /// Exactly `count` bytes; fewer when none come for `wait_ms` or the other side has closed.
+  /// Returns `count` bytes, or fewer if none arrive for `wait_ms` or the other side has closed the connection.
   Bytes receive(std::size_t count, int wait_ms = 2000);
-  /// The other side has closed the connection.
+  /// Whether the other side closes the connection within `wait_ms`.
   bool closed(int wait_ms = 2000);
+  /// Ends sending; receiving is still possible.
   void end_sending();
-  /// Closes with a reset instead of in good order.
+  /// Closes the connection with a reset.
   void vanish();
 
  private:

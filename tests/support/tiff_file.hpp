@@ -1,4 +1,4 @@
-// A TIFF file of one band of 16 bits, uncompressed, written by libtiff.
+// Writes an uncompressed TIFF file with one band of 16 bits by libtiff.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 
 namespace ilp::test {
 
-/// `values` row by row. A file that cannot be written fails the test.
+/// Writes `values` in row-major order. The test fails if the file cannot be written.
 void write_tiff(const std::filesystem::path& path, int width, int height, const std::vector<std::uint16_t>& values);
 
 }  // namespace ilp::test

@@ -1,4 +1,4 @@
-// The processes of the board and their names.
+// Lists the processes of the board and their names.
 #pragma once
 
 #include <dirent.h>
@@ -11,7 +11,7 @@
 
 namespace board {
 
-/// Calls visit(number, name) for every process there is.
+/// Calls visit(number, name) for every running process.
 template <typename Visit>
 void for_each_process(Visit visit) {
   DIR* processes = opendir("/proc");

@@ -1,4 +1,4 @@
-// Sets vivid's own controls by name, because no header has their numbers.
+// Sets controls of vivid, the kernel's test camera, by name, because no header has their numbers.
 #pragma once
 
 #include <linux/videodev2.h>
@@ -10,7 +10,8 @@
 
 namespace board {
 
-/// Returns false with errno, ENOENT if there is no control of this name.
+/// Sets the control of a video device that has this name. Returns false and sets errno on failure; ENOENT means that
+/// there is no such control.
 inline bool set_control(int device, const char* name, std::int32_t value) {
   v4l2_queryctrl query{};
   query.id = V4L2_CTRL_FLAG_NEXT_CTRL;

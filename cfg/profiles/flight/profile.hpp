@@ -1,4 +1,4 @@
-// Capacities of a computer on board: 640 x 480 px, 64 MiB.
+// Capacities of an onboard computer: images of 640 x 480 px, 64 MiB of static memory.
 #pragma once
 
 #include <cstddef>
@@ -14,16 +14,16 @@ inline constexpr std::int32_t max_image_height = 480;
 inline constexpr std::size_t max_corners = 2048;
 inline constexpr std::int32_t max_disparities = 256;
 
-// One window of bundle adjustment (decisions.md, 5: 7 keyframes at 85 % overlap, one more for slack)
+// One window of bundle adjustment: 7 keyframes at 85 % overlap (decisions.md, 5), and one more as a reserve
 inline constexpr std::size_t max_window_keyframes = 8;
-inline constexpr std::size_t max_fixed_keyframes = 8;  ///< cameras before the window that its points still see
+inline constexpr std::size_t max_fixed_keyframes = 8;  ///< cameras before the window that still see its points
 inline constexpr std::size_t max_bundle_points = 4096;
 
-// Memory of the flight and of its libraries
+// Memory of the flight software and of its libraries
 inline constexpr std::size_t max_static_bytes = std::size_t{64} << 20U;
 inline constexpr std::size_t sqlite_arena_bytes = std::size_t{6} << 20U;  // 5.1 MiB used at worst in the default flight
 inline constexpr std::size_t openjpeg_arena_bytes = std::size_t{9} << 19U;  // 4.2 MiB used at worst (13-bit noise)
-// Without a disk it holds the records, and with one SQLite's region.
+// With a store in memory this region has the records; with a store on disk it is SQLite's memory.
 inline constexpr std::size_t ram_store_bytes = std::size_t{45} << 18U;
 
 }  // namespace ilp::limits

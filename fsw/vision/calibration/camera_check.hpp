@@ -1,4 +1,5 @@
-// Whether the images of a strip fit its camera: the evidence of all windows, and the verdict on it.
+// Checks whether the images of a strip fit the intrinsics of its camera: sums the evidence of all windows and gives a
+// verdict.
 #pragma once
 
 #include <cmath>
@@ -7,44 +8,47 @@
 
 namespace ilp {
 
-/// Limits of CameraCheck: of the statistic, of which the right camera has had 2.1 at most, of spread, and of field.
+/// Largest statistic, spread and field of CameraCheck that fit a camera. The statistic of correct cameras has reached
+/// 2.1.
 inline constexpr double max_camera_statistic = 2.5, max_camera_spread = 2, max_camera_field = 1.6;
 
 /// Sums over the windows of a strip.
 struct CameraEvidence {
   std::array<double, camera_unknowns*(camera_unknowns + 1) / 2> information{};  ///< lower triangle
   CameraUnknowns gradient{};
-  std::array<double, camera_unknowns*(camera_unknowns + 1) / 2> displacement{};  ///< sum over the windows
-  double gained = 0;  ///< of each window by its own correction
-  double noise2_px = 0;
+  std::array<double, camera_unknowns*(camera_unknowns + 1) / 2> displacement{};
+  double gained = 0;     ///< sum of IntrinsicsEquations::gained
+  double noise2_px = 0;  ///< sum of squared noise_px, px^2
   std::uint32_t windows = 0, points = 0;
   ResidualField field;
 };
-/// A window with too few points adds nothing.
+/// Adds a window to the sums. A window with fewer than 50 points adds nothing.
 void add_window(const IntrinsicsEquations& window, CameraEvidence& evidence);
 
 struct CameraCheck {
   CameraCheckVerdict verdict = CameraCheckVerdict::nothing_seen;
-  /// g^T I^-1 g over the number of unknowns, I and g the summed information and gradient.
+  /// g^T I^-1 g divided by the number of unknowns, with the summed information I and gradient g.
   double statistic = 0;
-  /// Heterogeneity of the windows: their own gains less that of the sum, per degree of freedom; 0 for one window.
+  /// Heterogeneity of the windows: the sum of their own gains minus the gain of the common correction, per degree of
+  /// freedom. 0 for one window.
   double spread = 0;
-  /// Root mean square of the mean residuals of the image's parts over what the residuals' scatter explains, after each
-  /// window's own correction: 1 where nothing is systematic.
+  /// RMS of the mean residuals of the image's parts, divided by the value that the scatter of the residuals explains,
+  /// after the correction of each window. 1 if nothing is systematic.
   double field = 0;
-  double noise_px = 0;
-  /// What the images ask for, all unknowns together, and one sigma; a direction that they do not determine stays at
-  /// usual_errors.
+  double noise_px = 0;  ///< RMS over the windows of IntrinsicsEquations::noise_px
+  /// Corrections of all unknowns that the images ask for, and their standard deviations. A direction that the images do
+  /// not determine has the standard deviation of usual_errors().
   CameraUnknowns corrections{}, sigmas{};
-  /// The intrinsic that alone explains most, its correction, and that over its sigma.
+  /// The intrinsic whose correction alone explains most, this correction, and its ratio to its standard deviation.
   Intrinsic worst = Intrinsic::focal_length;
   double worst_correction = 0, worst_sigmas = 0;
-  /// How far the corrections move the camera centres, a share of the track: root mean square over the windows.
+  /// RMS over the windows of the displacement of the camera centres by the corrections, as a share of the track's
+  /// extent.
   double cost = 0;
 };
-/// How far the images are from fitting any lens: spread or field over what it may be, whichever is larger. Above 1 they
-/// fit none. A large statistic allows more: one step finds a large correction only roughly, which leaves something in
-/// windows and residuals.
+/// Measures whether any lens fits the images: spread and field, each divided by its largest acceptable value. If one is
+/// above 1, no lens fits. A larger statistic raises the acceptable values, because one step finds a large correction
+/// only roughly.
 struct LensExcess {
   double of_spread = 0, of_field = 0;
 
@@ -52,6 +56,7 @@ struct LensExcess {
 };
 [[nodiscard]] LensExcess excess_of(double statistic, double spread, double field);
 
+/// The verdict on the camera `given`, from the evidence of its windows.
 [[nodiscard]] CameraCheck judge(const CameraEvidence& evidence, const CameraModel& given);
 
 }  // namespace ilp

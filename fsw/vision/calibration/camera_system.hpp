@@ -1,4 +1,4 @@
-// A small symmetric system in the unknowns of a camera, solved in place.
+// Solves a small symmetric system of equations in the unknowns of a camera.
 #pragma once
 
 #include "fsw/vision/calibration/intrinsics_equations.hpp"
@@ -7,10 +7,10 @@
 namespace ilp {
 
 struct CameraSystem {
-  std::array<double, camera_unknowns * camera_unknowns> matrix{};  ///< row by row; the factor after factor()
+  std::array<double, camera_unknowns * camera_unknowns> matrix{};  ///< row by row; after factor(): its Cholesky factor
 
   double& at(std::size_t row, std::size_t column) { return matrix[row * camera_unknowns + column]; }
-  /// False if the matrix is not positive definite.
+  /// Returns false if the matrix is not positive definite.
   [[nodiscard]] bool factor() { return cholesky_factor(matrix.data(), camera_unknowns); }
   [[nodiscard]] CameraUnknowns solve(CameraUnknowns right) const {
     cholesky_solve(matrix.data(), camera_unknowns, right.data());

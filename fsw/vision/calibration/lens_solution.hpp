@@ -1,36 +1,37 @@
-// The camera that windows of keyframes ask for, from what was known of it before: a Gauss-Newton step in its seven
-// intrinsics and its readout time.
+// Estimates a camera from the evidence of windows of keyframes and from prior knowledge: one Gauss-Newton step in its
+// seven intrinsics and its readout time.
 #pragma once
 
 #include "fsw/vision/calibration/camera_check.hpp"
 
 namespace ilp {
 
-/// A camera as it was before an image was seen, and one sigma of each unknown; 0: it is known.
+/// The camera before the first image, and the standard deviation of each unknown; 0: exactly known.
 struct LensPrior {
   CameraModel camera;
   CameraUnknowns sigmas{};
 };
-/// What is known of a camera before an image was seen.
+/// Prior knowledge of a camera, before the first image.
 struct KnownOfCamera {
-  double focal_sigma = 0;  ///< relative
+  double focal_sigma = 0;  ///< relative standard deviation of the focal length
   bool lens = false;       ///< focal length, principal point and distortion are known
   double readout_sigma_s = 0;
 };
-/// A lens that is not known is one that nobody has calibrated.
+/// The prior of a nominal camera. Principal point and distortion of an unknown lens have the standard deviations of
+/// usual_errors().
 [[nodiscard]] LensPrior prior_of(const CameraModel& nominal, const KnownOfCamera& known);
 
 struct LensStep {
   CameraModel camera;      ///< after the step
-  double length = 0;       ///< largest component, in sigmas
-  bool shortened = false;  ///< one step may only go so far
+  double length = 0;       ///< largest component before shortening, in standard deviations
+  bool shortened = false;  ///< the step was limited, because the equations are linear only nearby
   CameraUnknowns sigmas{};
   std::array<double, camera_unknowns*(camera_unknowns + 1) / 2>
-      covariance{};       ///< lower triangle; px for the first 3, s for the last
-  double lens_sigma = 0;  ///< of k1, if the focal length were known
+      covariance{};       ///< lower triangle; units: px for the first 3, s for the last
+  double lens_sigma = 0;  ///< standard deviation of k1 if the focal length were known
 };
-/// `evidence` was taken at the camera `now`. What no lens explains of it, `misfit` times as much as its errors in
-/// squares, makes it count so much less.
+/// Takes one step from the camera `now`, at which `evidence` was formed. `misfit` is the ratio of the squared residuals
+/// that no lens explains to the squared errors of the evidence; if it is above 1, the evidence is divided by it.
 [[nodiscard]] LensStep step_towards_lens(const CameraEvidence& evidence, const CameraModel& now, const LensPrior& prior,
                                          double misfit);
 

@@ -1,4 +1,4 @@
-// Gives samples outside the region values that cost no bytes: a smooth continuation of those inside.
+// Fills the samples outside a region with a smooth continuation of those inside, which costs few bytes to code.
 #pragma once
 
 #include <cstdint>
@@ -7,10 +7,10 @@
 
 namespace ilp {
 
-/// Replaces the samples outside `mask` (0) by means of those inside over ever larger squares, interpolated (a pyramid
-/// pulled up and pushed down; Gortler et al., "The Lumigraph", SIGGRAPH 1996). Without a step at the region's border
-/// its wavelet coefficients are small. Nothing changes where the mask is empty or full. |sample| < 2^26. `scratch`
-/// holds limits::max_image_pixels samples.
+/// Replaces the samples outside `mask` (0) by means of the samples inside, taken over ever larger squares and
+/// interpolated (a pull-push pyramid; Gortler et al., "The Lumigraph", SIGGRAPH 1996). There is no step at the region's
+/// border, so the wavelet coefficients are small. Nothing changes if the mask is empty or full. Samples must satisfy
+/// |sample| < 2^26. `scratch` holds limits::max_image_pixels samples.
 void fill_background(ImageView<std::int32_t> samples, MaskView mask, std::int32_t* scratch);
 
 }  // namespace ilp

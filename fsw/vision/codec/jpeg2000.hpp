@@ -2,9 +2,9 @@
 // ceiling.
 //
 // Either the region's wavelet coefficients are scaled above all others (Maxshift, ITU-T T.800 annex H), so that the
-// rest is coded after them as far as the bytes reach, or the other coefficients are dropped. An encoder without masks
-// can do this: it gets the changed coefficients, of more bits, instead of an image that it would transform. Afterwards
-// the main header is corrected.
+// background is coded after them as far as the bytes reach, or the coefficients of the background are dropped. OpenJPEG
+// does not take a mask, so it gets the scaled coefficients, which need more bits, instead of an image that it would
+// transform. Afterwards the main header is corrected.
 #pragma once
 
 #include <array>
@@ -19,44 +19,47 @@
 namespace ilp {
 
 enum class RegionCoding : std::uint8_t {
-  none,            ///< the mask is ignored
-  shift,           ///< the region first, the rest with what bytes are left, up to about 50 dB (lossless: exactly)
-  drop_background  ///< the coefficients of the rest are zero; without resolutions of the whole, samples near the region
-                   ///< have the values that cost least
+  none,   ///< the mask is ignored
+  shift,  ///< the region first, then the background with the remaining bytes, up to about 50 dB (exact if lossless)
+  /// The coefficients of the background are zero. If region_resolutions is 0, samples near the region get the values
+  /// that cost least.
+  drop_background
 };
 
 struct Jpeg2000Params {
-  std::size_t max_bytes = 0;  ///< ceiling of the whole file, boxes and metadata included
+  std::size_t max_bytes = 0;  ///< largest size of the file, with its boxes and metadata
   RegionCoding region = RegionCoding::shift;
-  /// Coarsest resolutions that count as region everywhere. 1 (the low band alone) costs nothing inside and improves the
-  /// rest.
+  /// Number of coarsest resolutions that count as region everywhere. With 1 (the low band alone) the region loses no
+  /// quality and the background improves.
   int region_resolutions = 1;
-  int wavelet_levels = 5;    ///< at most limits::max_wavelet_levels; fewer are used when a side is below 2^levels
-  int layers = 1;            ///< quality layers; fewer when the bytes are few
-  double layer_ratio = 0.5;  ///< bytes up to a layer over those up to the next, above 0 and below 1
-  /// Codes the region (everything without one) exactly, or returns `grant_too_small`. A shifted background is exact
-  /// too, or dropped.
+  int wavelet_levels = 5;  ///< 0 to limits::max_wavelet_levels; fewer are used if a side is below 2^levels px
+  int layers = 1;          ///< quality layers, 1 to limits::max_quality_layers; fewer are written if the bytes are few
+  double layer_ratio = 0.5;  ///< size up to a layer divided by the size up to the next one; above 0 and below 1
+  /// Codes the region without loss (without a mask: the whole image), or returns `grant_too_small`. A shifted
+  /// background is then also without loss, or is dropped.
   bool lossless = false;
-  /// The library transforms the image, and the mask is ignored: for a library that does not take coefficients.
+  /// OpenJPEG transforms the image, and the mask is ignored. For a build of OpenJPEG that does not take coefficients
+  /// (openjpeg_digest).
   bool library_transform = false;
 };
 
 struct Jpeg2000Product {
-  std::size_t bytes = 0;
-  int layers = 0;
-  int shift = 0;      ///< shift of the region in bit planes; 0: no region marker
-  int encodings = 0;  ///< runs of the encoder until the ceiling was met
-  /// Size of the file when cut after layer i (truncate_to_layers); the last is `bytes`.
+  std::size_t bytes = 0;  ///< size of the file
+  int layers = 0;         ///< number of quality layers that were written
+  int shift = 0;          ///< shift of the region in bit planes; 0: the file has no region marker
+  int encodings = 0;      ///< number of encoder runs until the ceiling was met
+  /// Size of the file when cut after layer i (truncate_to_layers). The last one is `bytes`.
   std::array<std::size_t, limits::max_quality_layers> layer_bytes{};
 };
 
-/// Scratch of one encoding; a static object of its owner.
+/// Scratch memory of one encoding, several megabytes: keep it in static memory.
 struct Jpeg2000Workspace {
   alignas(8) std::array<std::int32_t, limits::max_image_pixels> samples;
   std::array<std::int32_t, limits::max_image_pixels> scratch;
   std::array<std::uint8_t, limits::max_image_pixels> mask;
 
-  /// A place for the file, where memory is short: the encoder writes it when it does not need `scratch` any more.
+  /// Memory for the file, if no other is available. It overlaps `scratch`, which the encoder no longer needs when it
+  /// writes the file.
   [[nodiscard]] std::span<std::uint8_t> place_of_file() {
     static_assert(sizeof(scratch) >= limits::max_product_bytes);
     return {reinterpret_cast<std::uint8_t*>(scratch.data()), limits::max_product_bytes};
@@ -65,23 +68,25 @@ struct Jpeg2000Workspace {
 
 inline constexpr int max_sample_bits = 16;
 
-/// Takes any size up to limits::max_image_pixels with no side above limits::max_image_side. `mask` has the size of the
-/// image, or is empty: everything is region. `metadata` (at most limits::max_metadata_bytes, may be empty) is stored in
-/// a box before the codestream. The file is written to `out`, which need not be larger than max_bytes. The same input
-/// gives the same bytes. `invalid_argument`, `image_too_large`; `grant_too_small` (b: bytes that would suffice, as far
-/// as known); `coefficient_overflow` (shift of samples with many bits); `codec_failed` (b: stage); `arena_exhausted`.
-/// After an error `out` is void.
+/// Encodes an 8-bit image of up to limits::max_image_pixels, with no side above limits::max_image_side. `mask` has the
+/// size of the image, nonzero inside the region; if it has no data, the whole image is the region. `metadata` (at most
+/// limits::max_metadata_bytes, may be empty) is stored in a box before the codestream. The file is written to the start
+/// of `out`; its size is at most max_bytes and at most the size of `out`. The same input gives the same bytes. Returns
+/// `invalid_argument` or `image_too_large` if an argument is out of range, `capacity_exceeded` if the metadata are too
+/// long, `grant_too_small` if the file does not fit (b: bytes that would suffice, as far as known),
+/// `coefficient_overflow` if shifted samples need too many bits, `codec_failed` if OpenJPEG fails (b: CodecStage),
+/// `arena_exhausted` if it runs out of memory. After an error the content of `out` is undefined.
 Status encode_jpeg2000(GrayView image, MaskView mask, const Jpeg2000Params& params,
                        std::span<const std::uint8_t> metadata, Jpeg2000Workspace& workspace,
                        std::span<std::uint8_t> out, Jpeg2000Product& product);
-/// Samples of `bits` bits (1 to 16), all below 2^bits: depth, disparity, height.
+/// Encodes samples of `bits` bits (1 to 16), all below 2^bits: depth, disparity or height.
 Status encode_jpeg2000(ImageView<const std::uint16_t> samples, int bits, MaskView mask, const Jpeg2000Params& params,
                        std::span<const std::uint8_t> metadata, Jpeg2000Workspace& workspace,
                        std::span<std::uint8_t> out, Jpeg2000Product& product);
 
-/// Cuts a file of encode_jpeg2000, in place, to its first `layers` quality layers without decoding it. The result is a
-/// complete file. `parse_error` for a file that this project did not write; `invalid_argument` for layers below 1 or
-/// above the file's.
+/// Cuts a file of encode_jpeg2000 in place to its first `layers` quality layers, without decoding it. `bytes` is the
+/// new size; the result is a complete file. Returns `parse_error` if this project did not write the file,
+/// `invalid_argument` if `layers` is below 1 or above the number of the file's layers.
 Status truncate_to_layers(std::span<std::uint8_t> file, int layers, std::size_t& bytes);
 
 }  // namespace ilp

@@ -12,7 +12,7 @@ namespace ilp {
 struct Corner {
   float x = 0;         ///< px
   float y = 0;         ///< px
-  float response = 0;  ///< Harris measure, relative to the image's strongest
+  float response = 0;  ///< Harris response divided by the strongest one of the image
 };
 using Corners = FixedVector<Corner, limits::max_corners>;
 
@@ -21,8 +21,9 @@ struct Match {
   std::uint16_t a = 0;
   std::uint16_t b = 0;
   float score = 0;  ///< normalised cross correlation, -1 to 1
-  /// The place of corner a in image b, to a few hundredths of a pixel. Corner b was detected separately and is within a
-  /// few pixels of it. A track that continues from image b starts here, not at corner b.
+  /// Position of corner a in image b, px in the real (distorted) image, accurate to a few hundredths of a pixel. Corner
+  /// b was detected separately and lies within a few pixels of this position. A track that continues from image b
+  /// starts at this position, not at corner b.
   float xb = 0, yb = 0;
 };
 using Matches = FixedVector<Match, limits::max_matches>;

@@ -1,4 +1,4 @@
-// Scratch of detect_corners; a component owns one.
+// Scratch memory of detect_corners. The caller keeps one, in static memory because of its size.
 #pragma once
 
 #include <array>
@@ -20,19 +20,21 @@ struct HarrisWorkspace {
   static constexpr std::size_t max_candidates =
       limits::max_image_pixels / 9 + limits::max_image_width + limits::max_image_height;
 
-  // Rows at a distance of 4096 bytes would share eight places of the first cache: then corners take half as long again.
+  // Padding of a row, elements. Rows 4096 bytes apart would share one set of eight lines in the first-level cache, and
+  // detection would take half as long again.
   static constexpr std::size_t apart = 16;
   using Row = std::array<std::int32_t, limits::max_image_side + apart>;
   std::array<std::int16_t, limits::max_image_side> gradient_x, gradient_y;
-  Row product;                                              ///< of the gradients, one row
-  std::array<Row, window> tensor_xx, tensor_xy, tensor_yy;  ///< smoothed along the row; the latest rows
+  Row product;  ///< product of two gradients, one row
+  /// Structure tensor, smoothed along the row; the latest five rows.
+  std::array<Row, window> tensor_xx, tensor_xy, tensor_yy;
   std::array<float, limits::max_image_pixels> response;
   std::array<CornerCandidate, max_candidates> found, sorted;
   std::array<std::uint32_t, max_buckets + 1> bucket_begin;
   std::array<std::uint32_t, max_buckets> bucket_taken;
   struct Progress {
-    std::int32_t next_row;  ///< of the response
-    float strongest;        ///< response so far
+    std::int32_t next_row;  ///< next row whose response is computed
+    float strongest;        ///< strongest response so far
   };
   Progress progress;
 };

@@ -1,4 +1,4 @@
-// The time at which the overlap with the last keyframe falls to its target. The apparent motion of the ground is
+// Predicts when the overlap with the last keyframe falls to its target. The apparent motion of the ground is
 // extrapolated from the overlaps measured so far (paper 3.1, "time of the next capture"; decisions.md, 3).
 #pragma once
 
@@ -10,22 +10,23 @@
 
 namespace ilp {
 
-/// It is not known beforehand which part of the motion is drift and which is swing. So many models follow the path side
-/// by side, and each has the weight of what it has explained (Bayesian model averaging).
+/// The shares of drift and swing in the motion are unknown. Many models therefore follow the path in parallel, each
+/// weighted by its likelihood (Bayesian model averaging).
 class MotionForecast {
  public:
-  /// Follows the path from its first trusted place to its last.
+  /// Fits the models to the path, from its first trusted point to its last.
   void fit(std::int32_t width, std::int32_t height, const ApparentPath& path, double target_overlap);
-  /// True with at least two trusted places. Otherwise the functions below are meaningless.
+  /// True if the path has at least two trusted points. Otherwise the functions below are meaningless.
   [[nodiscard]] bool known() const { return known_; }
 
   struct Overlap {
-    double overlap = 1;
-    double sigma = 0;  ///< one-sigma error
+    double overlap = 1;  ///< 0 to 1
+    double sigma = 0;    ///< standard deviation
   };
-  /// The overlap with a frame taken at this time, which is not before the last place.
+  /// Overlap of the keyframe with a frame exposed at this time, which must not be before the last point.
   [[nodiscard]] Overlap overlap_at(TimeNs time_ns) const;
-  /// The first time in [earliest, latest] at which the overlap is at or below the target; the latest if there is none.
+  /// First time in [earliest_ns, latest_ns] at which the overlap is at or below the target; `latest_ns` if there is
+  /// none.
   [[nodiscard]] TimeNs time_of_target(TimeNs earliest_ns, TimeNs latest_ns) const;
   /// Speed of the image's centre over the ground, in px of the keyframe per second.
   [[nodiscard]] double speed_px_s() const;

@@ -165,10 +165,10 @@ Status validate_of_any_size(const CameraModel& camera) {
     return out_of_range(Argument::principal_point,
                         camera.cx < -camera.width || camera.cx > 2 * camera.width ? camera.cx : camera.cy);
   }
-  if (camera.lens == Lens::fisheye) return check_fisheye(camera);
-  if (camera.has_distortion() && !invertible_over_image(camera)) return out_of_range(Argument::distortion, camera.k1);
   // Not finite is outside too.
   if (!(std::fabs(camera.readout_s) <= max_readout_s)) return out_of_range(Argument::readout, camera.readout_s);
+  if (camera.lens == Lens::fisheye) return check_fisheye(camera);
+  if (camera.has_distortion() && !invertible_over_image(camera)) return out_of_range(Argument::distortion, camera.k1);
   return {};
 }
 

@@ -1,4 +1,4 @@
-// Projection, distortion and its inverse for the lenses of fsw/base/geometry.hpp.
+// Camera model: projection, distortion and its inverse for the lenses of fsw/base/geometry.hpp.
 #pragma once
 
 #include "fsw/base/geometry.hpp"
@@ -9,29 +9,28 @@
 namespace ilp {
 
 inline constexpr double max_focal_sides =
-    1000;  ///< focal length / longer side of the image: a field of view of 0.06 deg
-inline constexpr double max_pixel_aspect = 10;
-inline constexpr double max_readout_s = 0.5;
+    1000;  ///< largest ratio of focal length to the longer side of the image: a field of view of 0.06 deg
+inline constexpr double max_pixel_aspect = 10;  ///< largest ratio of fx to fy, or of fy to fx
+inline constexpr double max_readout_s = 0.5;    ///< from the exposure of the first row to that of the last
 
-/// Half the field of view that a fisheye may have. At this angle a pixel along the radius is 15 ideal pixels
-/// (1 / cos^2): beyond it, an ideal image has no use for a corner's position.
+/// Largest angle between a fisheye's view and its optical axis. At this angle a pixel along the radius is 15 ideal
+/// pixels (1 / cos^2): beyond it, the ideal position of a corner is useless.
 inline constexpr double max_view_angle_deg = 75;
 
-/// Requires finite values, focal lengths above 1 px that differ by less than max_pixel_aspect and are at most
-/// max_focal_sides, a size inside the limits, a principal point within one image of the centre, and a distortion that
-/// is invertible over the whole image, and of a fisheye a view of at most max_view_angle_deg from its axis. At most
-/// max_readout_s between the first row and the last.
-/// `invalid_argument` (size, focal length, centre, distortion, view angle, readout, not finite) otherwise.
+/// Checks a camera: finite values; an image size within the limits; focal lengths above 1 px and within max_focal_sides
+/// and max_pixel_aspect; a principal point at most one image size outside the image; a distortion that is invertible
+/// over the whole image; for a fisheye, a view of at most max_view_angle_deg from its axis; a readout of at most
+/// max_readout_s. Returns `image_too_large`, or `invalid_argument` with the name of the field.
 Status validate(const CameraModel& camera);
-/// The same for a camera whose images are reduced before they fly: only the largest size is not checked.
+/// As validate(), without the largest size: for a camera whose images are reduced before the flight.
 Status validate_of_any_size(const CameraModel& camera);
 
-/// For a camera that passes validate().
+/// Says what is unusual about a camera that passes validate(): its field of view, or its principal point.
 [[nodiscard]] CameraSuspicion suspicion_about(const CameraModel& camera);
 
-/// A nominal camera: this horizontal field of view, square pixels, the principal point in the middle, no distortion.
+/// A nominal camera with this horizontal field of view: square pixels, principal point in the middle, no distortion.
 [[nodiscard]] CameraModel camera_of_field(std::int32_t width, std::int32_t height, double field_of_view_rad);
-/// Change of the focal length / focal length, per change of the horizontal field of view in rad.
+/// Relative change of the focal length per radian of change of the horizontal field of view, 1/rad; negative.
 [[nodiscard]] double focal_per_field(const CameraModel& camera);
 
 /// Maps normalised image coordinates (X/Z, Y/Z) to distorted ones.
@@ -40,7 +39,7 @@ Status validate_of_any_size(const CameraModel& camera);
 struct DistortionJacobian {
   double a, b, c, d;
 };
-// distort() and its derivatives for lenses with is_plain(); here, because loops over many points have them in line.
+// distort() and its derivatives for lenses with is_plain(), inline for loops over many points.
 struct Distorted {
   double x, y;
 };
@@ -60,31 +59,32 @@ struct Distorted {
           radial + 2 * y * y * radial_by_r2 + 6 * camera.p1 * y + 2 * camera.p2 * x};
 }
 [[nodiscard]] DistortionJacobian distortion_jacobian(const CameraModel& camera, double x, double y);
-/// For a loop that is compiled for either kind of lens.
+/// distort() for a loop that is compiled once for plain lenses and once for all others.
 template <bool plain>
 [[nodiscard]] Distorted distort_point(const CameraModel& camera, double x, double y) {
   if constexpr (plain) return plain_distort(camera, x, y);
   const Vec2 d = distort(camera, Vec2(x, y));
   return {d.x(), d.y()};
 }
-/// Derivatives of the pixel by the intrinsics of fsw/base/verdicts.hpp; fy keeps its ratio to fx. Those by p1 and p2
-/// are 0 for a fisheye.
+/// Derivatives of the pixel with respect to the intrinsics of fsw/base/verdicts.hpp. The ratio of fy to fx is constant.
+/// The derivatives with respect to p1 and p2 are 0 for a fisheye.
 [[nodiscard]] Eigen::Matrix<double, 2, static_cast<int>(intrinsic_count)> pixel_by_intrinsics(const CameraModel& camera,
                                                                                               const Vec2& normalised);
-/// The same lens at `factor` times the focal length: it bends the same pixels. A fisheye keeps its angles instead.
+/// The camera with `factor` times the focal length. Its distortion displaces the same pixels by the same amount; a
+/// fisheye keeps its coefficients instead.
 [[nodiscard]] CameraModel with_focal_length(const CameraModel& camera, double factor);
-/// The inverse, by Newton's method; at most 20 steps, to 1e-13.
+/// The inverse of distort() by Newton's method: at most 20 steps, to 1e-13 in normalised coordinates.
 [[nodiscard]] Vec2 undistort(const CameraModel& camera, const Vec2& distorted);
-/// The same for `count` points at once, in place, with the same bits.
+/// undistort() of `count` points in place, with bitwise the same results.
 void undistort(const CameraModel& camera, std::int32_t count, double* x, double* y);
 
-/// Pixel of the real (distorted) image to normalised coordinates.
+/// Normalised coordinates of a pixel of the real (distorted) image.
 [[nodiscard]] Vec2 normalised_from_pixel(const CameraModel& camera, const Vec2& pixel);
-/// Normalised coordinates to a pixel of the real (distorted) image.
+/// Pixel of the real (distorted) image at normalised coordinates.
 [[nodiscard]] Vec2 pixel_from_normalised(const CameraModel& camera, const Vec2& normalised);
 
-/// Pixel of the real image to the pixel of an ideal pinhole with the same fx, fy, cx, cy. Kernels that estimate
-/// geometry work on these *ideal pixels*, so that distortion is removed only once per feature.
+/// The *ideal pixel* of a pixel of the real image: where an ideal pinhole with the same fx, fy, cx, cy shows the same
+/// point. Kernels that estimate geometry work on ideal pixels, so that distortion is removed only once per feature.
 [[nodiscard]] Vec2 ideal_from_pixel(const CameraModel& camera, const Vec2& pixel);
 [[nodiscard]] Vec2 pixel_from_ideal(const CameraModel& camera, const Vec2& ideal);
 [[nodiscard]] Vec2 normalised_from_ideal(const CameraModel& camera, const Vec2& ideal);

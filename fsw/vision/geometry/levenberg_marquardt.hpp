@@ -1,4 +1,4 @@
-// Levenberg-Marquardt's method, step by step, for any number of unknowns.
+// The Levenberg-Marquardt method, one step per call, for any number of unknowns.
 #pragma once
 
 #include <cmath>
@@ -6,27 +6,28 @@
 
 namespace ilp {
 
-/// State of a minimisation between its steps, in addition to the problem itself.
+/// State of a minimisation between its steps; the problem has the estimate.
 struct LevenbergMarquardt {
-  double damping = 1e-4;  ///< times the diagonal of the normal equations; small, for starts near the minimum
+  double damping = 1e-4;  ///< factor of the diagonal of the normal equations; small, for starts near the minimum
   double damping_growth = 2;
-  double cost = 0;               ///< half the sum of squared residuals, or of their losses; at least 0
-  std::uint32_t iterations = 0;  ///< accepted and rejected ones
+  double cost = 0;               ///< half the sum of squared residuals or of their losses, >= 0
+  std::uint32_t iterations = 0;  ///< accepted and rejected steps
   bool converged = false;
   bool done = false;
 };
 
 struct TrialStep {
-  double cost = 0;           ///< not finite where the step leads nowhere
-  double expected_gain = 0;  ///< by which the cost falls if the residuals are linear
+  double cost = 0;           ///< after the step; not finite if the step is invalid
+  double expected_gain = 0;  ///< decrease of the cost if the residuals were linear
 };
 
-/// Tries one step of `problem`, whose cost is `state.cost`, and takes it where the cost falls. Problem provides
+/// Tries one step of `problem`, whose cost is `state.cost`, and accepts it if the cost falls. Problem provides
 ///   bool try_step(double damping, TrialStep&);  // from the present estimate, which stays; false without a solution
 ///   void accept();                              // moves to where the last step led
-/// The state is done after `max_iterations`, with a damping beyond all use, or converged: when a step gains no more
-/// than the share `tolerance` of the cost, or promises no more and yet gains nothing, which is rounding. Damping after
-/// H. B. Nielsen, "Damping Parameter in Marquardt's Method", IMM-REP-1999-05.
+/// `state.done` becomes true after `max_iterations`, if the damping becomes useless, or with `state.converged`. The
+/// search has converged if a step lowers the cost by at most `tolerance` times the cost. If a step does not lower the
+/// cost, its expected gain is compared instead, because rounding then hides the gain. Damping after H. B. Nielsen,
+/// "Damping Parameter in Marquardt's Method", IMM-REP-1999-05.
 template <class Problem>
 void levenberg_marquardt_step(Problem& problem, std::uint32_t max_iterations, double tolerance,
                               LevenbergMarquardt& state) {

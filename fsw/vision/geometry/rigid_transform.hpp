@@ -1,5 +1,4 @@
-// Rigid motions, read like algebra: b_from_a maps coordinates of frame a to frame b, x_b = R x_a + t (decisions.md,
-// 15).
+// Rigid transforms: b_from_a maps coordinates of frame a to frame b, x_b = R x_a + t (decisions.md, 15).
 #pragma once
 
 #include "fsw/base/geometry.hpp"
@@ -17,13 +16,15 @@ struct RigidTransform {
 /// c_from_a = compose(c_from_b, b_from_a).
 [[nodiscard]] RigidTransform compose(const RigidTransform& c_from_b, const RigidTransform& b_from_a);
 [[nodiscard]] RigidTransform inverse(const RigidTransform& b_from_a);
-/// Where the camera stands.
+/// Position of the camera in the world frame.
 [[nodiscard]] Vec3 camera_centre(const RigidTransform& cam_from_world);
 
-/// Rotation of |v| radians about v (Rodrigues), with the machine-independent sine and cosine of base.
+/// Rotation by |v| radians about v (Rodrigues), with the machine-independent sine and cosine of fsw/base.
 [[nodiscard]] Mat3 rotation_from_vector(const Vec3& v);
 [[nodiscard]] Vec3 vector_from_rotation(const Mat3& rotation);
+/// Radians.
 [[nodiscard]] double rotation_angle(const Mat3& rotation);
+/// The matrix whose product with x is the cross product of v and x.
 [[nodiscard]] Mat3 cross_matrix(const Vec3& v);
 
 /// q = (w, x, y, z), w >= 0, unit length.

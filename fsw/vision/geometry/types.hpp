@@ -12,7 +12,7 @@ using Vec4 = Eigen::Vector4d;
 using Mat3 = Eigen::Matrix3d;
 using Mat34 = Eigen::Matrix<double, 3, 4>;
 
-/// Of the numbers of a record.
+/// The vector of three numbers of a record.
 [[nodiscard]] inline Vec3 vector_of(const double (&v)[3]) {
   return {v[0], v[1], v[2]};
 }

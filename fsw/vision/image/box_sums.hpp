@@ -7,8 +7,8 @@
 
 namespace ilp {
 
-/// sums(x, y) = sum of values left of x and above y. `sums` is one wider and one higher than `values`. `Sum` must hold
-/// the sum of the whole image.
+/// Computes the integral image: sums(x, y) is the sum of all values at columns < x and rows < y. `sums` is one column
+/// wider and one row higher than `values`. `Sum` must be able to hold the sum of the whole image.
 template <typename Value, typename Sum>
 void integrate(ImageView<const Value> values, ImageView<Sum> sums) {
   for (std::int32_t x = 0; x <= values.width; ++x) sums.at(x, 0) = 0;
@@ -25,7 +25,7 @@ void integrate(ImageView<const Value> values, ImageView<Sum> sums) {
   }
 }
 
-/// Sum of the values with x0 <= x < x1 and y0 <= y < y1.
+/// Returns the sum of the values at columns x0 <= x < x1 and rows y0 <= y < y1 from the integral image `sums`.
 template <typename Sum>
 [[nodiscard]] Sum box_sum(ImageView<Sum> sums, std::int32_t x0, std::int32_t y0, std::int32_t x1, std::int32_t y1) {
   return sums.at(x1, y1) - sums.at(x0, y1) - sums.at(x1, y0) + sums.at(x0, y0);

@@ -1,7 +1,7 @@
-// Image pyramid: every level is the 2x2 box average of the level below (paper 3.1, "subsampled images").
+// Image pyramid (paper 3.1, "subsampled images"): every level halves the one before by averaging 2x2 pixels.
 //
-// Pixel x of level k covers pixels 2^k x to 2^k (x + 1) - 1 of the image, so its centre is at (x + 0.5) 2^k - 0.5
-// there. An odd last row or column has no place on the next level.
+// Pixel x of level k covers pixels 2^k x to 2^k (x + 1) - 1 of the image, so its centre is at (x + 0.5) 2^k - 0.5 in
+// the image. An odd last row or column is left out of the next level.
 #pragma once
 
 #include <array>
@@ -12,11 +12,13 @@
 
 namespace ilp {
 
-/// Level 0 is a view of the caller's image, which must stay alive. The other levels are stored here.
+/// Holds the levels of a pyramid. Level 0 is a view of the caller's image, which must outlive the pyramid; the other
+/// levels are stored in the object.
 class Pyramid {
  public:
-  /// Halves `image` until its longer side is at most `coarsest_side_px` or the limit of levels is reached.
-  /// `image_too_large` beyond the limits, `invalid_argument` (empty image, side below 1).
+  /// Halves `image` until its longer side is at most `coarsest_side_px` or limits::max_pyramid_levels is reached.
+  /// Returns `image_too_large` if the image exceeds the limits, `invalid_argument` if it is empty or `coarsest_side_px`
+  /// is below 1.
   Status build(GrayView image, std::int32_t coarsest_side_px);
 
   [[nodiscard]] int levels() const { return levels_; }
@@ -29,7 +31,7 @@ class Pyramid {
   int levels_ = 0;
 };
 
-/// 2x2 box average, rounded to nearest; `half` has half the size, rounded down.
+/// Averages 2x2 pixels, rounded to nearest. `half` has half the size of `image`, rounded down.
 void halve(GrayView image, MutableGrayView half);
 
 }  // namespace ilp

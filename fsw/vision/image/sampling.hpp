@@ -1,4 +1,4 @@
-// Bilinear sampling in fixed point, which gives the same value on every machine.
+// Bilinear interpolation in fixed point, which gives the same value on every machine.
 #pragma once
 
 #include <cmath>
@@ -8,14 +8,15 @@
 
 namespace ilp {
 
-/// Coordinates with 16 fractional bits.
+/// A pixel coordinate with 16 fractional bits.
 using FixedCoordinate = std::int32_t;
 
 [[nodiscard]] inline FixedCoordinate to_fixed(double x) {
   return static_cast<FixedCoordinate>(std::floor(x * 65536.0 + 0.5));
 }
 
-/// Grey value at (x, y), rounded. The caller keeps 0 <= x < width - 1 and 0 <= y < height - 1.
+/// Returns the interpolated grey value at (x, y), rounded to nearest. The caller ensures 0 <= x < width - 1 and 0 <= y
+/// < height - 1.
 [[nodiscard]] inline std::uint8_t sample_bilinear(GrayView image, FixedCoordinate x, FixedCoordinate y) {
   const std::uint8_t* const upper = image.row(y >> 16) + (x >> 16);
   const std::uint8_t* const lower = upper + image.stride;

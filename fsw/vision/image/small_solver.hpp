@@ -5,8 +5,9 @@
 
 namespace ilp {
 
-/// Replaces the lower triangle of the symmetric positive definite A by its factor L, A = L L^T. Returns false, and
-/// leaves A undefined, when a pivot falls below `tolerance` of its diagonal element: the unknowns are not independent.
+/// Replaces the lower triangle of the symmetric positive definite matrix A by its factor L, A = L L^T. Returns false
+/// and leaves A undefined if a pivot falls below `tolerance` times its diagonal element: then the unknowns are not
+/// independent.
 template <int N, typename Real>
 [[nodiscard]] bool factor_positive_definite(Real (&a)[N][N], Real tolerance) {
   for (int j = 0; j < N; ++j) {
@@ -36,7 +37,7 @@ void solve_factored(const Real (&factor)[N][N], Real (&b)[N]) {
   }
 }
 
-/// Element (i, i) of the inverse of A, from its factor.
+/// Returns element (i, i) of the inverse of A, computed from its factor.
 template <int N, typename Real>
 [[nodiscard]] Real inverse_diagonal(const Real (&factor)[N][N], int i) {
   // A^-1 = L^-T L^-1, so its diagonal is the squared norm of column i of L^-1.

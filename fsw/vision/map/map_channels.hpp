@@ -1,4 +1,4 @@
-// Turns raw values of a window or a sheet into what patches are compared by (MapChannels).
+// Converts raw values of a window or a sheet to the channels by which patches are compared (MapChannels).
 #pragma once
 
 #include <algorithm>
@@ -10,18 +10,19 @@
 
 namespace ilp {
 
-/// Rows about one of them, of a plane of raw values.
+/// Five consecutive rows of raw values, around the middle one.
 struct MapRows {
   const std::int16_t* row[5];
   std::int32_t width;
 };
-/// The gradient along x and y at the columns of a row, by Sobel's operator on values that are smoothed by a binomial of
-/// 3 x 3: 5 x 5 in all. Both are 0 where one of the 5 x 5 is unknown.
+/// Writes the gradient along x and y for each column of the middle row: Sobel's operator after binomial smoothing over
+/// 3 x 3, in total 5 x 5 values. Both are 0 if one of the 5 x 5 values is unknown.
 void gradient_row(const MapRows& rows, std::int32_t* along_x, std::int32_t* along_y);
-/// Directions of length 127 m / (m + soft) for gradients of size m, interleaved.
+/// Writes the directions of gradients, x and y interleaved. A gradient of magnitude m gives the length 127 m / (m +
+/// soft).
 void direction_row(const std::int32_t* along_x, const std::int32_t* along_y, std::int32_t width, float soft,
                    std::int8_t* direction);
-/// Mean of the sizes of gradients that are not 0.
+/// Mean magnitude of the gradients that are not 0.
 struct GradientSizes {
   double sum = 0;
   std::int64_t count = 0;
@@ -29,11 +30,11 @@ struct GradientSizes {
   void add_row(const std::int32_t* along_x, const std::int32_t* along_y, std::int32_t width);
   [[nodiscard]] float mean() const { return count > 0 ? static_cast<float>(sum / static_cast<double>(count)) : 0; }
 };
-/// How values were made from raw ones: value = scale (raw - mean).
+/// Conversion of raw values: value = scale (raw - mean).
 struct ValueScale {
   double mean = 0, scale = 0;
 };
-/// Raw values to values: about their mean, with the standard deviation 256. Unknown ones stay unknown.
+/// Normalises raw values in place to the mean 0 and the standard deviation 256. Unknown values stay unknown.
 ValueScale normalise_values(std::int16_t* values, std::size_t count);
 
 template <std::int32_t side>
@@ -44,7 +45,7 @@ template <std::int32_t side>
   return rows;
 }
 
-/// Mean size of the gradients in every fourth row.
+/// Mean magnitude of the gradients in every fourth row.
 template <std::int32_t side>
 [[nodiscard]] float mean_gradient(const MapChannels<side>& channels) {
   std::array<std::int32_t, static_cast<std::size_t>(side)> along_x, along_y;
@@ -56,7 +57,7 @@ template <std::int32_t side>
   return sizes.mean();
 }
 
-/// Directions of the rows [first, last); those of the two rows at each border are 0.
+/// Fills the directions of the rows [first, last). In the two rows at each border they are 0.
 template <std::int32_t side>
 void fill_directions(MapChannels<side>& channels, float soft, std::int32_t first, std::int32_t last) {
   std::array<std::int32_t, static_cast<std::size_t>(side)> along_x, along_y;

@@ -1,9 +1,10 @@
-// Finds where a keyframe stands on a map: the keyframe is drawn on the map's grid by its prior pose, pieces of it are
-// each sought in a window, and they vote. A wrong answer must not happen; no answer may.
+// Finds the pose of a keyframe on a map. The keyframe is drawn on the map's grid with its prior pose, each of its
+// patches is searched for in a window, and the patches vote for a shift. A missing result is acceptable, a wrong one is
+// not.
 //
-// Senses: the map's image under the sun of the moment (`relit`), the map's heights under that sun (`shape`), and the
-// keyframe's own relief against the map's (`relief`), which has no light in it. Channels are the directions of
-// gradients, and grey or height as well for shape and relief, and for small patches.
+// A sense is a way to compare: with the map's image relit by the present sun (`relit`), with the map's heights shaded
+// by that sun (`shape`), or the keyframe's relief with the map's (`relief`), which does not depend on light. Patches
+// are compared by the directions of gradients. `shape`, `relief` and small patches use grey or height as well.
 #pragma once
 
 #include <array>
@@ -23,38 +24,39 @@
 namespace ilp {
 
 struct MapRegistrationParams {
-  double sun_limit_rad = 1.05;  ///< beyond it the bright side of what stands out is its other side
-  double ambient = 0.25;        ///< share of the light on level ground that comes from the whole sky
-  double min_evidence = 10;     ///< ground that is not there has had up to 6.5
-  double patch_sigma_px = 0.1;  ///< of a patch's place, at least
+  double sun_limit_rad = 1.05;  ///< for `relit`: largest azimuth between both suns; beyond it, other sides are lit
+  double ambient = 0.25;        ///< share of the light on level ground that comes from the sky
+  double min_evidence = 10;     ///< least vote_evidence() of a fix; wrong ground has reached 6.5
+  double patch_sigma_px = 0.1;  ///< least standard deviation of a patch's position, px
   bool use_relit = true, use_shape = true;
 };
 
-/// Depths of the keyframe along the optical axis, m; 0: none. Sample (i, j) is that of the pixel
-/// (first_px + i step_px, first_px + j step_px).
+/// Depths of the keyframe along the optical axis, m; 0: unknown. Sample (i, j) belongs to the pixel (first_px + i
+/// step_px, first_px + j step_px).
 struct KeyframeDepths {
   ImageView<const float> depth_m;
   double first_px = 0, step_px = 1;
 };
 
-/// What a registration is begun with. What it points to stays as it is until the registration is done.
+/// Input of a registration. The data it points to must not change until the registration is done.
 struct MapRegistrationInput {
   MapPlan plan;
   MapWindow window;
   MapPrior prior;
-  std::span<const MapKeyframe> keyframes;  ///< one or more, in any order; the first is that of the prior
-  SunDirection sun;                        ///< over the keyframes
-  const KeyframeDepths* depths = nullptr;  ///< of the first keyframe: then relief is compared, and no light
+  std::span<const MapKeyframe> keyframes;  ///< at least one; the prior is that of the first
+  SunDirection sun;                        ///< when the keyframes were exposed
+  const KeyframeDepths* depths = nullptr;  ///< of the first keyframe. Not null: only relief is compared
 };
 
-/// One registration in slices of at most some 6 million multiplications.
+/// One registration, in slices of about 6 million multiplications.
 class MapRegistration {
  public:
-  /// `invalid_argument`: map_window (size, pixel or plan of the window), map_keyframe (none), and what validate() finds
-  /// in a camera; `image_size_changed`.
+  /// Returns `invalid_argument` with map_window if the window and the plan are out of range or do not fit, and with
+  /// map_keyframe if there is no keyframe or a pose is not finite; the errors of validate(camera); `image_size_changed`
+  /// if an image does not have the size of its camera.
   Status begin(const MapRegistrationInput& input, const MapRegistrationParams& params,
                MapRegistrationWorkspace& workspace);
-  /// One slice. False when the result is there.
+  /// Does one slice. Returns false if the registration is done.
   Result<bool> step();
   [[nodiscard]] bool done() const { return phase_ == Phase::done; }
   [[nodiscard]] const MapFixResult& result() const { return result_; }
@@ -71,7 +73,7 @@ class MapRegistration {
     repeats,
     done
   };
-  /// What one sense says, and the places of its patches.
+  /// Result of one sense, and the positions of its patches.
   struct Candidate {
     MapSense sense = MapSense::relit;
     MapVote vote;
@@ -109,7 +111,7 @@ class MapRegistration {
   MapRegistrationWorkspace* workspace_ = nullptr;
   Phase phase_ = Phase::done;
   MapLighting lighting_;
-  double level_m_ = 0;  ///< mean height of the window, or what it states where none is known
+  double level_m_ = 0;  ///< mean known height of the window, or MapWindow::ground_m
   bool has_heights_ = false;
   SheetPainter painter_;
   std::size_t keyframe_ = 0;
@@ -117,15 +119,15 @@ class MapRegistration {
   float soft_ = 0;
   ValueScale sheet_scale_;
   std::int32_t patches_ = 0, patch_ = 0;
-  std::int32_t textured_ = 0;    ///< patches that the window may know
-  std::int64_t known_lags_ = 0;  ///< of all patches that are used
+  std::int32_t textured_ = 0;    ///< patches with texture
+  std::int64_t known_lags_ = 0;  ///< sum over the patches that are used
   std::array<MapSense, 2> senses_{};
   std::size_t sense_count_ = 0, sense_ = 0;
   std::array<Candidate, 2> candidates_;
   RepeatSearch repeats_;
-  bool again_ = false;         ///< the keyframes are drawn by the pose that was found
-  RigidTransform by_prior_;    ///< the map as the prior has it, from the map: identity until then
-  RigidTransform level_pose_;  ///< that was found with the attitude of the prior
+  bool again_ = false;         ///< the keyframes are drawn again, with the pose that was found
+  RigidTransform by_prior_;    ///< prior's map frame from the map frame; identity before a pose is found
+  RigidTransform level_pose_;  ///< the pose found with the attitude of the prior
   MapFixResult result_;
 };
 

@@ -1,5 +1,5 @@
-// Whether the ground of a map repeats itself: a keyframe that was found by heights alone may stand at any of the
-// repetitions, and those that the search does not reach count as well.
+// Finds out whether the ground of a map repeats itself. A keyframe that was found by heights alone may be at any of the
+// repetitions, even at one outside the search range.
 #pragma once
 
 #include <cstddef>
@@ -11,18 +11,18 @@
 
 namespace ilp {
 
-/// Compares the heights of the ground about a keyframe with all others of its window, in slices of at most some 6
-/// million multiplications. Patches of them are sought elsewhere, and those that agree on one shift are votes for it. A
-/// shift counts where six patches or more have ground of the window there: to two thirds of the image.
+/// Compares the heights around a keyframe with those of the rest of its window, in slices of about 6 million
+/// multiplications. Each patch is searched for outside its own position, and patches that agree on a shift are votes
+/// for it. A shift counts only if at least six patches stay inside the window.
 class RepeatSearch {
  public:
-  /// `plan.sheet_column` and `sheet_row` are where the keyframe stands in the window. Uses all of the workspace.
+  /// `plan.sheet_column` and `plan.sheet_row` are the position of the keyframe in the window. Overwrites the workspace.
   void begin(const MapWindow& window, double level_m, const MapPlan& plan, MapRegistrationWorkspace& workspace);
-  /// One slice. False when the result is there.
+  /// Does one slice. Returns false if the result is complete.
   bool step(MapRegistrationWorkspace& workspace);
-  /// Ground that does not repeat itself has had evidence up to 8.
+  /// True if the ground repeats itself. The evidence for ground that does not has reached 8.
   [[nodiscard]] bool repeats() const { return evidence_ >= least_repeat_evidence; }
-  /// Of the shift with most, as vote_evidence().
+  /// The highest vote_evidence() of all shifts.
   [[nodiscard]] double evidence() const { return evidence_; }
 
   static constexpr double least_repeat_evidence = 10;
@@ -30,7 +30,7 @@ class RepeatSearch {
  private:
   void count(const MapRegistrationWorkspace& workspace);
 
-  std::int32_t column_ = 0, row_ = 0;  ///< of the keyframe's ground in the window, reduced px
+  std::int32_t column_ = 0, row_ = 0;  ///< position of the keyframe's ground in the window, reduced px
   std::int32_t patches_ = 0, patch_ = 0;
   double evidence_ = 0;
 };

@@ -1,4 +1,4 @@
-// Patches of a sheet, and what their votes for a shift are worth.
+// Chooses the patches of a sheet, counts their votes for a shift, and decides whether the votes are sufficient.
 #pragma once
 
 #include <span>
@@ -9,27 +9,29 @@
 
 namespace ilp {
 
-/// Chooses patches without overlap, of which nine tenths count in the sheet, where the grid holds most of them. Of more
-/// than fit, evenly spread ones. Uses `sums` as scratch. Returns their number.
+/// Chooses patches without overlap on the grid that has most patches with at least nine tenths known cells. If there
+/// are more than max_map_patches, it takes evenly spread ones. Writes workspace.patches and uses workspace.sums as
+/// scratch. Returns the number of patches.
 std::int32_t choose_patches(const MapChannels<max_map_sheet_side>& sheet, std::int32_t side,
                             MapRegistrationWorkspace& workspace);
 
-/// Sums of the surfaces of all patches, by quarter.
+/// Sums of the patches' correlation surfaces, one for each quarter (MapPatch::quarter).
 class VoteSurfaces {
  public:
   VoteSurfaces(MapRegistrationWorkspace& workspace, std::int32_t lags) : workspace_(workspace), lags_(lags) {}
 
   void clear();
-  /// Takes the patch's surface: its own best place and the sum. Returns the number of lags at which the map is known;
-  /// 0, and takes nothing, when these are less than half, or when it agrees with none of them.
+  /// Adds workspace.surface, which search_patch() wrote for this patch, to the sum of its quarter, and sets the patch's
+  /// best lag. Returns the number of lags at which the map is known. Returns 0 and adds nothing if these are less than
+  /// half of all lags, or if no score is positive.
   std::int32_t add(MapPatch& patch);
-  /// Sum of the quarters that the bits of `which` name.
+  /// Sum of the surfaces of the quarters whose bits are set in `which`, at a lag.
   [[nodiscard]] std::int64_t at(std::uint32_t which, std::int32_t column, std::int32_t row) const;
   struct Peak {
     std::int32_t column = 0, row = 0;      ///< lag
-    double fine_column = 0, fine_row = 0;  ///< to a part of a pixel
+    double fine_column = 0, fine_row = 0;  ///< lag with its fraction
   };
-  /// The first of the highest.
+  /// The highest peak; the first of equal ones.
   [[nodiscard]] Peak peak(std::uint32_t which) const;
   static constexpr std::uint32_t all = 15;
 
@@ -40,19 +42,22 @@ class VoteSurfaces {
 
 struct MapVote {
   MapVerdict verdict = MapVerdict::no_texture;
-  std::int32_t column = 0, row = 0;  ///< lag of the peak
-  double fine_column = 0, fine_row = 0;
-  double evidence = 0;
+  std::int32_t column = 0, row = 0;      ///< lag of the peak
+  double fine_column = 0, fine_row = 0;  ///< lag of the peak with its fraction
+  double evidence = 0;                   ///< vote_evidence()
+  /// Patches used, patches that agree with the peak, most patches that agree on another shift, and quarters whose own
+  /// peak agrees.
   std::int32_t patches = 0, votes = 0, rivals = 0, quarters = 0;
 };
-/// -ln of the chance that `votes` or more of `patches` are within a pixel of one shift, times the number of places that
-/// a patch may take: binomial, each with the chance 9 / lags. May be below 0.
+/// -ln(P lags / 9). P is the binomial probability that by chance at least `votes` of `patches` are within a pixel of a
+/// given shift, each with probability 9 / lags. lags / 9 is the number of separate shifts. May be negative.
 [[nodiscard]] double vote_evidence(std::int32_t votes, std::int32_t patches, double lags);
-/// The verdict on the surfaces of the patches that are used. `lags`: mean number of lags at which a patch can be.
+/// Counts the votes of the patches that are used, and gives the verdict. `side`: lags along each axis. `lags`: mean
+/// number of known lags of a patch.
 [[nodiscard]] MapVote count_votes(std::span<const MapPatch> patches, const VoteSurfaces& surfaces, std::int32_t side,
                                   double lags, double min_evidence);
 
-/// Place of the largest value of a parabola through three, -1/2 to 1/2 from the middle one.
+/// Offset of the maximum of a parabola through three values from the middle one, clamped to -1/2 to 1/2.
 [[nodiscard]] double vertex(double before, double middle, double after);
 
 }  // namespace ilp

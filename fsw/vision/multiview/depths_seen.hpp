@@ -1,17 +1,17 @@
-// How near and how far the points of a strip are that a camera sees.
+// Range of the depths of a strip's points in one camera.
 #pragma once
 
 #include "fsw/vision/multiview/sequence.hpp"
 
 namespace ilp {
 
-/// Along the optical axis, world units.
+/// Depths along the optical axis, world units.
 struct DepthsSeen {
   double least = 0, largest = 0;
 };
 
-/// The depths of the points that `camera` observes, without the fiftieth part at either end. False for fewer than ten
-/// points. `scratch` receives the depths.
+/// Computes the least and the largest depth of the points that `camera` observes, without the smallest and the largest
+/// 2 %. Returns false if there are fewer than ten points. `scratch` receives the sorted depths.
 [[nodiscard]] bool depths_seen(const SequenceState& sequence, const SequenceCamera& camera,
                                FixedVector<float, limits::max_tracks>& scratch, DepthsSeen& seen);
 

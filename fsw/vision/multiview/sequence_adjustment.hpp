@@ -1,4 +1,4 @@
-// The adjustment of a strip's window, an iteration at a time, and the errors of its result.
+// Adjusts the window of a strip, one iteration at a time, and estimates the errors of the result.
 #pragma once
 
 #include "fsw/vision/multiview/sequence_part.hpp"
@@ -9,7 +9,8 @@ class SequenceAdjustment : public SequencePart {
  public:
   using SequencePart::SequencePart;
 
-  /// An iteration, or the covariance of the result, whose errors are stated next; without a result it goes to `next`.
+  /// Does one iteration. After the last one it computes the covariance of the result instead, and phase `errors`
+  /// follows. If there is nothing to adjust, phase `next` follows.
   Status adjust(std::uint32_t max_iterations, SequencePhase errors, SequencePhase next);
   void state_errors(std::uint32_t max_iterations, SequencePhase next);
 

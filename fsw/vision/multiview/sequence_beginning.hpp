@@ -1,6 +1,7 @@
-// The beginning of a structure with more than two keyframes (paper 3.2). Keyframes gather without poses, in tracks,
-// until a pair of them promises enough. The pair gives the points; the others get their poses from these, the keyframe
-// that sees most of them first, whether it was taken before the pair, between its two images, or after it.
+// Begins a structure from more than two keyframes (paper 3.2). Keyframes wait without poses, connected by tracks, until
+// the expected depth error of a pair is small enough. The pair gives the points, and the other keyframes get their
+// poses from these points: first the keyframe that sees most of them, whether it was taken before the pair, between its
+// two images, or after it.
 #pragma once
 
 #include "fsw/vision/multiview/sequence_tracks.hpp"
@@ -14,11 +15,11 @@ class SequenceBeginning : public SequencePart {
 
   [[nodiscard]] bool relates(const TwoViewResult& pair) const;
   [[nodiscard]] double promise(const TwoViewResult& pair) const;
-  /// With the keyframe at work and the one before it.
+  /// Begins the structure with the current keyframe and the one before it.
   Status begin_structure();
-  /// The keyframe at work joins those that wait, and is ranked with them.
+  /// Adds the current keyframe to those that wait, and ranks the pair that it forms with the one before it.
   void gather(const TwoViewResult& pair);
-  // Slices: of the phases `rank`, `begin` and `surround`.
+  // Slices of the phases `rank`, `begin` and `extend_from_pair`.
   Status rank();
   Status begin_with_candidate();
   Status extend_from_pair();

@@ -1,25 +1,27 @@
-// Errors of a strip's cameras, carried from window to window.
+// Propagates the errors of a strip's cameras from window to window.
 //
-// Gauge: the strip's world itself. The first camera's pose and the length of the first baseline define it, so they are
-// without error. The error of every other camera is that of its pose in this world. It grows with the distance from the
-// first one, because the attitude of the first camera and the scale of the first baseline are only as good as the
-// matches of the first images. For a comparison, align the truth with the strip at the first camera and its baseline.
+// Gauge: the world frame of the strip. The pose of the first camera and the length of the first baseline define it, so
+// they are without error. The error of any other camera is the error of its pose in this world. It grows with the
+// distance from the first camera, because the first camera's attitude and the scale of the first baseline are only as
+// good as the matches of the first images. For a comparison with the truth, align the truth with the strip at the first
+// camera and its baseline.
 //
-// A window has free cameras f, fixed ones m, perhaps a held distance L between two cameras, and gives
-// (bundle_covariance.hpp) the conditional covariance C, the transfer A and the scale s. With P the covariance before
-// it,
+// A window has free cameras f, fixed cameras m, and perhaps a held distance L between two cameras. It gives
+// (bundle_covariance.hpp) the conditional covariance C, the transfer A and the scale s. With the covariance P before
+// the window,
 //
 //   df = A dm + s d(log L) + noise = G dx + noise,   P_ff = C + G P G^T,   P_fo = G P_o
 //
-// where x are all kept cameras before the window and o those that it does not move. This assumes that the noise of a
-// window's observations is independent of the errors of the cameras before it, although some observations were used to
-// estimate these. On simulated matches the assumption does no harm.
+// where x are all kept cameras before the window and o those that the window does not move. This assumes that the noise
+// of a window's observations is independent of the errors of the cameras before it, although some observations were
+// used to estimate these. On simulated matches the assumption does no harm.
 //
-// C does not come from the normal equations alone. Each keyframe is matched to patches of the previous keyframe, so
-// that errors add up along a track and its observations are not independent. Different tracks are, hence the covariance
-// that is robust to correlation within them: C = c S^-1 (sum g g^T) S^-1, g the gradient of one track by the free
-// cameras, S^-1 the inverse normal equations, c the correction for few tracks (H. White, "Maximum likelihood estimation
-// of misspecified models", Econometrica 1982; clusters: K.-Y. Liang, S. Zeger, Biometrika 1986).
+// C does not follow from the normal equations alone. Each keyframe is matched to patches of the previous keyframe, so
+// errors add up along a track, and the observations of a track are not independent. Different tracks are independent.
+// Hence C is the covariance that is robust to correlation within tracks, C = c S^-1 (sum g g^T) S^-1: g is the gradient
+// of one track with respect to the free cameras, S^-1 the inverse of the normal equations, c the correction for a small
+// number of tracks (H. White, "Maximum likelihood estimation of misspecified models", Econometrica 1982; clusters:
+// K.-Y. Liang, S. Zeger, Biometrika 1986).
 #pragma once
 
 #include <array>
@@ -36,14 +38,15 @@ struct BundleParams;   // bundle_adjustment.hpp
 struct BundleProblem;  // bundle_adjustment.hpp
 struct WindowMap;      // window_problem.hpp
 
-/// Joint covariance of the kept cameras. SequenceState::cameras[i] begins at 6 i: rotation vector in the camera's axes
-/// (rad), then centre (world units). Zero for the first camera of the strip.
+/// Joint covariance of the kept cameras. The block of SequenceState::cameras[i] begins at row and column 6 i: rotation
+/// vector in the camera's axes (rad), then centre (world units). Zero for the first camera of the strip.
 struct StripCovariance {
   static constexpr std::size_t camera_size = BundleCovariance::camera_size;
   static constexpr std::size_t size = BundleCovariance::max_system;
   std::array<double, size * size> matrix{};  ///< row-major, symmetric
   std::uint32_t known = 0;                   ///< bit i: the errors of camera i are known
-  /// Derivative of the poses by the seven intrinsics (Intrinsic), as the strip is built with another lens.
+  /// Derivative of the poses with respect to the seven intrinsics (Intrinsic): how the strip would change if it were
+  /// built with other intrinsics. Row-major, `intrinsic_count` columns.
   std::array<double, size * intrinsic_count> by_intrinsics{};
 
   [[nodiscard]] double variance_of_centre(std::size_t camera, std::size_t axis) const {
@@ -54,10 +57,10 @@ struct StripCovariance {
 struct StripCovarianceWorkspace {
   BundleCovariance window;
   std::array<double, StripCovariance::size * StripCovariance::size> scatter;
-  /// Derivative of the window's free parameters by all kept cameras as they were before it.
+  /// Derivative of the window's free parameters with respect to all kept cameras as they were before the window.
   std::array<double, StripCovariance::size * StripCovariance::size> derivative;
   std::array<double, StripCovariance::size * StripCovariance::size> product;
-  /// Derivative of the window's free parameters by the intrinsics, with the fixed cameras as they are.
+  /// Derivative of the window's free parameters with respect to the intrinsics, with the fixed cameras unchanged.
   std::array<double, StripCovariance::size * intrinsic_count> by_intrinsics;
 };
 
@@ -66,43 +69,44 @@ using IntrinsicsCovariance =
     Eigen::Matrix<double, static_cast<int>(intrinsic_count), static_cast<int>(intrinsic_count)>;
 [[nodiscard]] IntrinsicsCovariance intrinsics_covariance(
     const std::array<double, intrinsic_count*(intrinsic_count + 1) / 2>& lower);
-/// Lower triangle `pose` += J C J^T, J the derivative of this camera by the intrinsics.
+/// Adds the effect of the intrinsics' errors to the covariance of a camera: lower triangle `pose` += J C J^T, where J
+/// is the derivative of the camera with respect to the intrinsics and C is `lens`.
 void add_error_of_lens(const StripCovariance& strip, std::size_t index, const IntrinsicsCovariance& lens,
                        double (&pose)[21]);
-/// The two cameras of a step: the one before camera `index` of the strip, and this one.
+/// The two cameras of a step: camera `index` of the strip and the one before it.
 struct StripStep {
   std::size_t index;
   RigidTransform previous, camera;
 };
-/// One sigma, as a share of it, that the lens gives to depth near `depth` (along the optical axis of the camera before)
-/// by a match of the step: by its rays and by both poses. Root mean square over the image; 0 if it is not known, or the
-/// cameras have nothing in common.
+/// Returns the relative one-sigma error that the intrinsics cause in depths near `depth` (along the optical axis of the
+/// previous camera, world units) from a match of the step, through its rays and both poses. It is the RMS over the
+/// image; 0 if it is not known or the cameras have no common ground.
 [[nodiscard]] double depth_error_of_lens(const StripCovariance& strip, const StripStep& step, const CameraModel& model,
                                          const IntrinsicsCovariance& lens, double depth);
 
-/// Covariance of camera `index`, lower triangle. All 0 if it is not known.
+/// Copies the covariance of camera `index`, lower triangle row by row. All 0 if it is not known.
 void covariance_of_camera(const StripCovariance& strip, std::size_t index, double (&lower)[21]);
 
-/// Covariance of the step from camera `index` - 1 to camera `index`, whose poses these are: StepCovariance of
-/// fsw/vision/stereo/depth/pose_error.hpp, lower triangle. All 0 if it is not known.
+/// Computes the covariance of the step from camera `index` - 1 to camera `index`, whose poses are `previous` and
+/// `camera`, as StepCovariance of fsw/vision/stereo/depth/pose_error.hpp. All 0 if it is not known.
 void covariance_of_step(const StripCovariance& strip, std::size_t index, const RigidTransform& previous,
                         const RigidTransform& camera, double (&lower)[21]);
 
-/// Begins with the strip's first camera as camera 0, without error.
+/// Begins a strip: its first camera is camera 0, without error.
 void begin_covariance(StripCovariance& strip);
-/// Camera i + 1 becomes camera i.
+/// Removes camera 0: camera i + 1 becomes camera i.
 void drop_oldest_camera(StripCovariance& strip);
-/// The window's derivative by the intrinsics of `camera`, whose ideal pixels it has. Call it before
-/// allow_correlated_tracks().
+/// Computes the window's derivative with respect to the intrinsics of `camera`; the observations of `problem` are ideal
+/// pixels of this camera. Call it before allow_correlated_tracks().
 void derive_by_intrinsics(const BundleProblem& problem, const BundleParams& params, const CameraModel& camera,
                           StripCovarianceWorkspace& workspace);
-/// Replaces window.conditional of a finished adjustment by the covariance for correlated tracks; leaves it unchanged if
-/// there are too few tracks. `params` are those of the adjustment. The observations of a point are consecutive, as
-/// build_window leaves them.
+/// Replaces window.conditional of a finished adjustment by the covariance for correlated tracks. It stays unchanged if
+/// there are too few tracks. `params` are those of the adjustment. The observations of a point must be consecutive, as
+/// build_window writes them.
 void allow_correlated_tracks(const BundleProblem& problem, const BundleParams& params,
                              StripCovarianceWorkspace& workspace);
-/// Updates the errors of the free cameras by `workspace.window`. If the window has no covariance, or a fixed camera is
-/// unknown, known cameras keep theirs.
+/// Updates the errors of the free cameras from `workspace.window`. If the window has no covariance, or a fixed camera
+/// is unknown, known cameras keep their errors.
 void propagate_covariance(const BundleProblem& problem, const WindowMap& map, StripCovarianceWorkspace& workspace,
                           StripCovariance& strip);
 

@@ -1,4 +1,4 @@
-// What every part of the work on a strip has: its state, its scratch, and what they all need to know or do.
+// Base of the parts that process a strip: state, workspace, and functions that all parts use.
 #pragma once
 
 #include <algorithm>
@@ -17,12 +17,12 @@ class SequencePart {
   void fail(SequenceVerdict verdict);
   /// Ordinal of the newest keyframe.
   [[nodiscard]] std::uint32_t newest() const { return s_.oldest + static_cast<std::uint32_t>(s_.cameras.size()) - 1; }
-  /// Index of the camera that the keyframe at work is matched with: the newest one, or one a little older.
+  /// Index of the camera that the current keyframe is matched with: the newest one or a slightly older one.
   [[nodiscard]] std::size_t base_index() const { return s_.cameras.size() - 1 - s_.back; }
   [[nodiscard]] double focal_px() const { return std::max(s_.camera.fx, s_.camera.fy); }
   [[nodiscard]] RansacParams two_view_params(std::uint64_t seed) const;
   [[nodiscard]] ResectionParams resection_params(std::uint64_t seed) const;
-  /// The keyframe at work joins the strip. The oldest camera leaves if there is no room.
+  /// Adds the current keyframe to the strip. The oldest camera leaves if the capacity is exhausted.
   void push_camera(const RigidTransform& cam_from_world, bool posed = true);
   void scale_to_first_height();
 

@@ -1,5 +1,5 @@
-// The pose of the keyframe at work: its relation to the keyframe that it is matched with, the choice between the
-// motions of the first pair, and its resection from known points (paper 3.2).
+// Computes the pose of the current keyframe: two-view relation to the keyframe that it is matched with, choice between
+// the motions of the first pair, and resection from known points (paper 3.2).
 #pragma once
 
 #include "fsw/vision/multiview/sequence_beginning.hpp"
@@ -11,7 +11,7 @@ class SequenceRelation : public SequencePart {
   SequenceRelation(SequenceState& state, SequenceWorkspace& workspace)
       : SequencePart(state, workspace), tracks_(state, workspace), beginning_(state, workspace) {}
 
-  // Slices: of the phases `relate`, `relating`, `decide` and `resect`.
+  // Slices of the phases `relate`, `relating`, `decide` and `resect`.
   Status relate();
   Status go_on_relating();
   Status decide();

@@ -1,4 +1,4 @@
-// Scratch of Sequence: several megabytes, keep it static.
+// Scratch memory of Sequence, several megabytes: keep it in static memory.
 #pragma once
 
 #include <array>
@@ -21,7 +21,8 @@ struct SequenceWorkspace {
   PointViews views;
   ViewMask view_inliers;
   std::array<std::uint16_t, limits::max_matches> match_of_view;
-  std::array<std::uint8_t, limits::max_matches> contradicts;  ///< per match: its known point does not project there
+  /// Per match: nonzero if the projection of its known point contradicts it.
+  std::array<std::uint8_t, limits::max_matches> contradicts;
   TrackOfCorner track_of_corner;
   std::array<double, limits::max_matches> ratios;
   BundleProblem problem;

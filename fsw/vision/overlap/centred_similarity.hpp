@@ -1,5 +1,5 @@
 // Similarities about the centres of two images of one size, as complex numbers: z_b = m z_a + d. Halving both images
-// halves d and leaves m alone, so one description serves every level of a pyramid.
+// halves d and does not change m, so one similarity serves every level of a pyramid.
 #pragma once
 
 #include <cmath>
@@ -25,7 +25,7 @@ struct CentredSimilarity {
   return {scale * det_cos(rotation_rad), scale * det_sin(rotation_rad), d_x, d_y};
 }
 
-/// The same mapping about the pixel origin of images of `width` x `height`.
+/// The same mapping in pixel coordinates of images of `width` x `height`.
 [[nodiscard]] inline Similarity2 about_origin(const CentredSimilarity& centred, std::int32_t width,
                                               std::int32_t height) {
   const double cx = 0.5 * (width - 1), cy = 0.5 * (height - 1);

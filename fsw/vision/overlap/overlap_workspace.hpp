@@ -14,7 +14,7 @@ namespace ilp {
 using CoarseImage = std::array<std::int16_t, static_cast<std::size_t>(coarse_max_side) * coarse_max_side>;
 
 struct OverlapTemplate {
-  // Sides of at most registration_max_side, halved until they are at most twice coarse_max_side.
+  // Levels from registration_max_side down to at most twice coarse_max_side.
   static constexpr int max_levels = 3;
   static_assert((registration_max_side >> (max_levels - 1)) <= 2 * coarse_max_side);
 
@@ -22,7 +22,7 @@ struct OverlapTemplate {
   ImageQuality quality;
   double repetition = 0;
   CoarseImage coarse{};
-  int finest = 0, first = 0;  ///< levels of the pyramid on which the registration ends and begins
+  int finest = 0, first = 0;                            ///< pyramid levels on which the registration ends, and begins
   std::array<RegistrationTemplate, max_levels> levels;  ///< finest first
 };
 
@@ -30,26 +30,26 @@ struct OverlapTemplate {
 struct OverlapHypothesis {
   CentredSimilarity b_from_a;
   RegistrationFit fit;
-  int steps = 0;  ///< on this level
-  bool goes_on = true;
+  int steps = 0;        ///< done on this level
+  bool goes_on = true;  ///< another step may improve it
 };
 
 struct OverlapWorkspace {
   OverlapTemplate a;
   Pyramid b;
   CoarseImage coarse_b{};
-  RegistrationImage registered;  ///< the level of b on which the registration is
+  RegistrationImage registered;  ///< the level of b that is being registered
   CoarseWorkspace coarse;
   CoarseCandidates candidates;
   FixedVector<OverlapHypothesis, coarse_max_candidates> hypotheses;
   RepetitionWorkspace repetition;
 };
 
-/// The level of a pyramid that prepare_wide_search() takes (wide_search.hpp).
+/// The level of a pyramid on which a wide search runs (prepare_wide_search() in wide_search.hpp).
 [[nodiscard]] int wide_search_level(const Pyramid& pyramid);
 
-/// The overlap that follows from the peaks of another search, by the same verdict: candidates are in px of the images
-/// of wide_search_level(). Errors as of measure_overlap().
+/// Measures the overlap as measure_overlap(), from the peaks of a wide search instead of its own search. `candidates`
+/// are in px of the level wide_search_level(). Returns the errors of measure_overlap().
 Status measure_overlap_of(const OverlapTemplate& keyframe, GrayView image_b, const CoarseCandidates& candidates,
                           const OverlapParams& params, OverlapWorkspace& workspace, OverlapResult& result);
 

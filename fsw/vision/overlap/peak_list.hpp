@@ -8,7 +8,7 @@
 
 namespace ilp {
 
-/// There are many, because at this size the right peak is among the best, but often not the best one.
+/// Capacity of a list of peaks. On such small images the right peak is among the best, but often not the best.
 inline constexpr std::size_t coarse_max_candidates = 48;
 
 struct CoarseCandidate {
@@ -19,8 +19,8 @@ struct CoarseCandidate {
 };
 using CoarseCandidates = FixedVector<CoarseCandidate, coarse_max_candidates>;
 
-/// Keeps the list sorted, best first, with the best entry of each peak. `same_peak(entry)` says whether an entry of the
-/// list belongs to the candidate's peak.
+/// Inserts the candidate into a list that has one entry for each peak, best first. `same_peak(entry)` says whether an
+/// entry belongs to the candidate's peak; the better of the two stays. A full list drops its last entry.
 template <typename SamePeak>
 void insert_peak(const CoarseCandidate& candidate, const SamePeak& same_peak, CoarseCandidates& list) {
   std::size_t last = list.size();

@@ -1,4 +1,5 @@
-// Gauss-Newton registration of two images of one size under a similarity, a gain and an offset.
+// Gauss-Newton registration of two images of the same size: estimates a similarity or a projectivity, a gain and an
+// offset.
 //
 // Inverse compositional (S. Baker, I. Matthews, "Lucas-Kanade 20 years on", IJCV 2004): the gradients are those of
 // image a, computed once. Grey values are summed over small blocks in exact integers; only the sums of the blocks are
@@ -15,7 +16,7 @@
 namespace ilp {
 
 inline constexpr std::int32_t registration_max_side = 256;  ///< px, of both images
-inline constexpr std::int32_t registration_block_px = 8;    ///< of images up to half of that side, half of it
+inline constexpr std::int32_t registration_block_px = 8;    ///< side of a block; half of it for sides up to 128 px
 
 struct RegistrationTemplate {
   static constexpr std::size_t max_pixels =
@@ -24,17 +25,17 @@ struct RegistrationTemplate {
 
   /// Sums over one block of a; gradients are central differences without the division by 2.
   struct Block {
-    float x, y;  ///< centre, from the image's centre
+    float x, y;  ///< centre, px from the image's centre
     std::int32_t gxx, gxy, gyy, gx, gy, gxa, gya, a, aa;
   };
-  /// What blocks add to the normal equations of a similarity, whatever image b is. All are whole numbers of sixteenths
-  /// below 2^53, so that sums are exact in any order.
+  /// The terms of the normal equations of a similarity that depend on image a alone. All are multiples of 1/16 below
+  /// 2^53, so that sums are exact in any order.
   struct SimilarityTerms {
     double step[10];   ///< lower triangle of the four unknowns of the step, row by row
-    double gain[4];    ///< of the gain and the step
-    double offset[4];  ///< of the offset and the step
+    double gain[4];    ///< products of the gain and the step
+    double offset[4];  ///< products of the offset and the step
     double a, aa;      ///< sums of a and a^2
-    double detail_aa;  ///< with the block's mean removed
+    double detail_aa;  ///< sum of a^2 after the mean of each block is removed
   };
   static constexpr std::int32_t max_columns = registration_max_side / registration_block_px;
 
@@ -42,17 +43,18 @@ struct RegistrationTemplate {
   std::int32_t block_px = 0;
   std::int32_t block_columns = 0, block_rows = 0;
   std::array<Block, max_blocks> blocks;
-  /// For every row of blocks, one after the other: sums over the blocks left of each, and at its end over all of them.
+  /// Running sums along each row of blocks: entry k of a row has the sum of its first k blocks.
   std::array<SimilarityTerms, max_blocks> similarity_sums;
   // Stored block by block, so that a block is contiguous in memory.
   std::array<std::int16_t, max_pixels> value, gradient_x, gradient_y;
 };
 
-/// Image b with each pixel in one word with its neighbours, so that a sample is one load: from the lowest byte on
-/// itself, the right one, the lower one, and the one below that to the right. The last column and row have none.
+/// Image b with each 2 x 2 pixels in one word, so that a bilinear sample is one load. From the lowest byte: the pixel,
+/// its right neighbour, its lower neighbour, and its lower right neighbour. The words of the last column and row are
+/// not written.
 class RegistrationImage {
  public:
-  /// StatusCode::image_too_large beyond registration_max_side.
+  /// Returns `image_too_large` if a side is above registration_max_side.
   Status build(GrayView image);
 
   [[nodiscard]] std::int32_t width() const { return width_; }
@@ -79,34 +81,35 @@ struct CentredProjectivity {
   }
 };
 
-/// How well image a, mapped, agrees with image b.
+/// Agreement of the mapped image a with image b.
 struct RegistrationFit {
   static constexpr std::int32_t region_columns = 4;
   static constexpr std::size_t max_regions = static_cast<std::size_t>(region_columns) * region_columns;
 
   double ncc = 0;  ///< over the blocks of a that b covers
   double detail_ncc =
-      0;  ///< the same with the mean of every block removed from both: blind to shading, needs detail to agree
-  double covered = 0;   ///< share of a's blocks
-  double sigma_px = 0;  ///< one-sigma error of the shift from the residuals, px of this level
+      0;  ///< the same after the mean of every block is removed from both images: independent of shading, needs detail
+  double covered = 0;   ///< share of a's blocks that b covers
+  double sigma_px = 0;  ///< standard deviation of the shift, from the residuals, px of this level
   bool converged = false;
-  /// Parts of image a, 4 x 4, of which b covers at least half.
+  /// One of the 4 x 4 parts of image a; only those of which b covers at least half are listed.
   struct Region {
     double ncc;       ///< as detail_ncc
-    double contrast;  ///< share of all detail per block, in the image that has more of it
+    double contrast;  ///< share of the image's detail per block, in the image where it is larger
   };
   std::size_t region_count = 0;
   Region regions[max_regions] = {};
 };
 
+/// Returns `image_too_large` if a side is above registration_max_side.
 Status prepare_registration(GrayView a, RegistrationTemplate& out);
 
-/// A step that refines `b_from_a` in place: `fit` says how well it agrees before the step. `wanted` is false if no step
-/// may follow. Whether there was a step and more may follow; a search that does not converge is no error: see
-/// RegistrationFit::converged.
+/// Computes `fit` for `b_from_a`, then refines `b_from_a` by one step. With `wanted` false it computes `fit` only.
+/// Returns true if there was a step and more may follow; `image_size_changed` if the sizes of a and b differ. A
+/// registration that does not converge is no error: see RegistrationFit::converged.
 Result<bool> step_similarity(const RegistrationTemplate& a, const RegistrationImage& b, bool wanted,
                              CentredSimilarity& b_from_a, RegistrationFit& fit);
-/// At most `max_iterations` steps with all eight degrees of freedom of a plane in two views.
+/// Refines a projectivity (the eight parameters of a plane in two views) in at most `max_iterations` steps.
 Status register_projectivity(const RegistrationTemplate& a, const RegistrationImage& b, int max_iterations,
                              CentredProjectivity& b_from_a, RegistrationFit& fit);
 

@@ -1,4 +1,4 @@
-// Differing bits of descriptors, in plain integers and vectors of GCC and Clang: the same on every processor.
+// Hamming distances of binary descriptors, in integers and vector types of GCC and Clang: the same on every processor.
 #pragma once
 
 #include <bit>
@@ -9,7 +9,7 @@ namespace ilp {
 
 inline constexpr std::size_t descriptor_words = 8;  ///< of 32 bits
 
-/// Number of ones.
+/// Number of bits that are 1.
 [[nodiscard]] constexpr int count_ones(std::uint64_t v) {
   v -= (v >> 1) & 0x5555555555555555ULL;
   v = (v & 0x3333333333333333ULL) + ((v >> 2) & 0x3333333333333333ULL);
@@ -17,8 +17,8 @@ inline constexpr std::size_t descriptor_words = 8;  ///< of 32 bits
   return static_cast<int>((v * 0x0101010101010101ULL) >> 56);
 }
 
-/// Of two descriptors of descriptor_words, 0 to 256. Unrelated features differ in 74 (smooth ground) to 112 (rough
-/// ground) on average, fewer than 128, because the comparisons are relative to the angle.
+/// Hamming distance of two descriptors of descriptor_words, 0 to 256. Unrelated features differ in 74 (smooth ground)
+/// to 112 (rough ground) on average, fewer than 128, because the comparisons are relative to the angle.
 [[nodiscard]] inline int hamming_256(const std::uint32_t* a, const std::uint32_t* b) {
   using Lanes [[gnu::vector_size(16)]] = std::uint64_t;
   Lanes p[2], q[2];
@@ -36,7 +36,7 @@ inline constexpr std::size_t descriptor_words = 8;  ///< of 32 bits
   return static_cast<int>((sum * 0x0001000100010001ULL) >> 48);
 }
 
-/// The same where the processor counts ones.
+/// hamming_256 with the processor's instruction to count bits, if it has one.
 template <typename Width>
 [[nodiscard]] inline int hamming_256_with(Width /*vectors*/, const std::uint32_t* a, const std::uint32_t* b) {
   if constexpr (Width::is_wide) {
@@ -50,10 +50,10 @@ template <typename Width>
   }
 }
 
-/// The same word of eight descriptors.
+/// One word of each of eight descriptors.
 using EightWords [[gnu::vector_size(32)]] = std::uint32_t;
 
-/// Whether any lane of a comparison is true.
+/// True if any lane of a comparison is true.
 template <typename Lanes>
 [[nodiscard]] bool any(const Lanes& lanes) {
   std::uint64_t parts[4];
@@ -62,7 +62,7 @@ template <typename Lanes>
   return ((parts[0] | parts[1]) | (parts[2] | parts[3])) != 0;
 }
 
-/// Of one descriptor, each of whose words fills all lanes, and eight others; each distance is 0 to 256.
+/// Hamming distances of one descriptor from eight others, 0 to 256 each. Each word of `one` fills all lanes.
 inline void hamming_256_of_eight(const EightWords* one, const EightWords* others, EightWords& distances) {
   const auto ones_of_nibbles = [&](std::size_t word, EightWords& sum) {
     EightWords v = others[word] ^ one[word];

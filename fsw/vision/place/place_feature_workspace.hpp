@@ -18,9 +18,9 @@ struct PlaceFeatureWorkspace {
   std::array<std::uint16_t, limits::max_image_side> columns;
   Corners corners;
   struct Progress {
-    int at_level;        ///< in which features are looked for
-    bool level_begun;    ///< it is reduced, and its corners are looked for
-    bool corners_found;  ///< its corners are known
+    int at_level;        ///< level in which features are searched for
+    bool level_begun;    ///< the level is reduced, and the search for its corners has begun
+    bool corners_found;  ///< the search for its corners is complete
   };
   Progress progress;
 };

@@ -1,8 +1,8 @@
-// Finds earlier keyframes of the same ground by their appearance, whatever the heading and the height.
+// Finds earlier keyframes of the same ground by their appearance, at any heading and height.
 //
-// An inverted file over binary descriptors: the nearest of 2048 descriptors (the vocabulary) chooses a list, and of its
-// entries those with a similar signature vote for their keyframe, separately for each difference of angle and of level
-// (H. Jegou, M. Douze, C. Schmid, "Hamming embedding and weak geometric consistency for large scale image search", ECCV
+// An inverted file over binary descriptors. The nearest of 2048 descriptors (the vocabulary) selects a list. Its
+// entries with a similar signature vote for their keyframe, separately for each difference of angle and of level (H.
+// Jegou, M. Douze, C. Schmid, "Hamming embedding and weak geometric consistency for large scale image search", ECCV
 // 2008). Only a true pair has many votes for one rotation and one scale.
 #pragma once
 
@@ -17,7 +17,7 @@ namespace ilp {
 struct PlaceCandidate {
   std::int64_t keyframe_id = 0;
   std::uint16_t slot = 0;
-  std::uint16_t votes = 0;  ///< for the best difference of angle and level; weighted, only for comparison
+  std::uint16_t votes = 0;  ///< for the best difference of angle and level; weighted, so only comparable
 };
 using PlaceCandidates = FixedVector<PlaceCandidate, limits::max_place_candidates>;
 
@@ -29,31 +29,33 @@ struct PlaceQueryWorkspace {
   std::array<PlaceVotes, limits::max_places> votes;
   struct Alike {
     std::uint32_t entry;
-    std::int32_t distance;  ///< bits of the signatures
+    std::int32_t distance;  ///< differing bits of the signatures
   };
-  FixedVector<Alike, 8192> alike;  ///< entries that look like one feature
+  FixedVector<Alike, 8192> alike;  ///< entries similar to the present feature
 };
 
-/// Its bytes follow from what is in its slots and from nothing else: a restart that inserts the same keyframes into the
-/// same slots gives the same bytes, and a query the same answer.
+/// Its bytes depend only on the content of its slots: after a restart that inserts the same keyframes into the same
+/// slots, the bytes and the results of queries are the same.
 ///
-/// The vocabulary comes from the keyframes in the first limits::place_vocabulary_places slots. They are inserted before
-/// all others and never removed. Until they are complete, a query compares with all of them.
+/// The vocabulary is built from the keyframes in the first limits::place_vocabulary_places slots, which are inserted
+/// before all others and never removed. Until these slots are filled, a query compares with every keyframe in them.
 ///
-/// Memory may be damaged by radiation. Every call asserts first that the lists lie within the entries (assertion_failed
-/// if not; whoever owns the index fills it again), and passes over entries of no place.
+/// Memory may be damaged by radiation. Every call first asserts that the lists lie within the entries; otherwise it
+/// returns `assertion_failed`, and the owner fills the index again. Entries without a valid slot are skipped.
 class PlaceIndex {
  public:
   void clear();
 
-  /// Of the features, limits::indexed_place_features at most are kept, evenly chosen. A slot of the vocabulary may be
-  /// filled with no features, which stands for a keyframe whose features were lost. `invalid_argument` (no such
-  /// slot, or it is taken), `not_ready` (the first slots are not complete).
+  /// Inserts a keyframe. At most limits::indexed_place_features of its features are kept, chosen evenly. A slot of the
+  /// vocabulary may be filled without features, for a keyframe whose features were lost. Returns `invalid_argument` if
+  /// there is no such slot or it is taken, `not_ready` if the slots of the vocabulary are not filled yet.
   Status insert(std::size_t slot, std::int64_t keyframe_id, std::span<const PlaceFeature> features);
-  /// `invalid_argument` (no such slot, or one of the vocabulary), `not_found` (the slot is free).
+  /// Removes the keyframe of a slot. Returns `invalid_argument` if there is no such slot or it belongs to the
+  /// vocabulary, `not_found` if it is free.
   Status remove(std::size_t slot);
 
-  /// At most limits::max_place_candidates keyframes with ids below `excluding_from_id`, the one with most votes first.
+  /// Finds at most limits::max_place_candidates keyframes with ids below `excluding_from_id`, sorted by votes, the most
+  /// first.
   Status query(std::span<const PlaceFeature> features, std::int64_t excluding_from_id, PlaceQueryWorkspace& workspace,
                PlaceCandidates& best) const;
 
@@ -79,7 +81,7 @@ class PlaceIndex {
     Entry entry;
     std::uint16_t word;
   };
-  static constexpr std::size_t words_per_feature = 5;  ///< whose lists are searched
+  static constexpr std::size_t words_per_feature = 5;  ///< number of lists that a query searches for each feature
   using NearestWords = std::array<std::uint16_t, words_per_feature>;
   struct NearWord {
     std::uint16_t distance, word;
@@ -88,7 +90,7 @@ class PlaceIndex {
   [[nodiscard]] bool lists_are_valid() const;
   [[nodiscard]] std::uint16_t nearest_word(const Descriptor& descriptor) const;
   [[nodiscard]] NearestWords nearest_words(const PlaceFeature& feature) const;
-  // The steps of a query for one feature: the entries that look like it, and what they say; then the best places.
+  // Steps of a query: collect the entries similar to one feature, count their votes; at the end rank the keyframes.
   void collect(const PlaceFeature& feature, std::int64_t excluding_from_id, PlaceQueryWorkspace& w) const;
   void collect(const PlaceFeature& feature, std::size_t word, std::int64_t excluding_from_id,
                PlaceQueryWorkspace& w) const;
@@ -104,7 +106,7 @@ class PlaceIndex {
   std::array<Descriptor, limits::place_vocabulary> vocabulary_{};
   std::array<std::uint8_t, limits::place_vocabulary> is_word_{};
 
-  // Until the vocabulary is complete: what is indexed of the first places, and its nearest word so far.
+  // Until the vocabulary is complete: the indexed descriptors of the first slots, and the nearest word of each so far.
   std::array<Descriptor, first_entries> first_descriptors_{};
   std::array<NearWord, first_entries> first_words_{};
   std::array<std::uint16_t, limits::place_vocabulary_places> first_counts_{};

@@ -1,4 +1,4 @@
-// Scratch of everything that finds and compares features of places; it carries nothing from call to call.
+// Scratch of the functions that find and compare features of places. Nothing in it is kept from call to call.
 #pragma once
 
 #include "fsw/vision/features/harris_workspace.hpp"
@@ -12,7 +12,7 @@ struct PlaceScratch {
   HarrisWorkspace harris;
   PlaceFeatureWorkspace features;
   PlaceMatchWorkspace match;
-  PlaceFeatures found[2];  ///< of the two images whose overlap is measured
+  PlaceFeatures found[2];  ///< features of the two images whose overlap is measured
   PlaceMatch verified;
   PlacePatchWorkspace patches;
 };

@@ -1,5 +1,5 @@
-// Maps between two images of a plane, and the maps that fit matched points best: a similarity, which few matches
-// determine; an affine map; and a homography, which follows the tilt of the cameras.
+// Maps between two images of a plane, fitted to matched points by least squares: a similarity, which few matches
+// determine; an affine map; and a homography, which models the tilt of the cameras.
 #pragma once
 
 #include <cstddef>
@@ -22,21 +22,22 @@ struct PlaneMap {
   }
 };
 
-/// Sums over matched points. Each fit is false, and leaves `map` as it was, when the points do not determine it.
+/// Sums over matched points. Each fit returns false, with `map` unchanged, if the points do not determine the map.
 class PlaneFit {
  public:
-  /// Coordinates are about (origin_x, origin_y) and in units of `unit_px` in both images, which keeps the sums exact
-  /// enough: about the middle of the images and half their width.
+  /// In both images, coordinates are relative to (origin_x, origin_y) and in units of `unit_px`, to keep rounding
+  /// errors small. Use the middle of the images and half their width.
   PlaneFit(double origin_x, double origin_y, double unit_px)
       : origin_x_(origin_x), origin_y_(origin_y), unit_(unit_px) {}
 
   void add(double xa, double ya, double xb, double yb);
   [[nodiscard]] std::size_t count() const { return count_; }
-  /// At least two points. A similarity does not mirror.
+  /// Needs at least two points. A similarity does not mirror.
   [[nodiscard]] bool similarity(PlaneMap& map) const;
-  /// At least three points.
+  /// Needs at least three points.
   [[nodiscard]] bool affine(PlaneMap& map) const;
-  /// At least four points. The algebraic error, which for cameras that look down is nearly that in pixels.
+  /// Needs at least four points. Minimises the algebraic error, which for cameras that look down is nearly the error in
+  /// pixels.
   [[nodiscard]] bool homography(PlaneMap& map) const;
   /// Standard deviation of the points of image a along the direction in which they spread least, px.
   [[nodiscard]] double least_spread_px() const;

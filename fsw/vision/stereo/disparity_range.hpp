@@ -1,11 +1,11 @@
-// The disparities that a rectified pair can have: rectification plans them and the matcher searches them.
+// Range of the disparities of a rectified pair. Rectification plans it; the matcher searches it.
 #pragma once
 
 #include <cstdint>
 
 namespace ilp {
 
-/// Disparity d = x_left - x_right, in whole rectified pixels; both ends are searched.
+/// Disparities d = x_left - x_right in whole rectified pixels, from min_px to max_px inclusive.
 struct DisparityRange {
   std::int32_t min_px = 0;
   std::int32_t max_px = 63;

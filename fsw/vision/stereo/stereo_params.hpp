@@ -7,26 +7,37 @@
 
 namespace ilp {
 
-/// Costs are in units of 1 / max_matching_cost of a correlation of one.
+/// Matching cost of a correlation of 0 or less; a correlation of 1 costs 0.
 inline constexpr int max_matching_cost = 64;
 
 struct StereoParams {
   StereoMatcherChoice matcher = StereoMatcherChoice::semi_global;
-  int window_radius = 2;            ///< 1 to 4: a small NCC window keeps edges sharp, and the paths bring the support
-  double noise_grey = 1.0;          ///< sensor noise, grey levels: damps the NCC of flat windows
-  int min_large_step_penalty = 24;  ///< of paths across a strong image edge, where depth edges are; 10 to 140
-  double min_ncc = 0.3;           ///< least mean NCC of the chosen disparity over a few pixels; more loses weak texture
-  int uniqueness_permille = 20;   ///< the best path must cost less than any other by this share of max_matching_cost
-  double min_texture_grey = 0.8;  ///< a window whose grey values have a smaller standard deviation is blank
-  bool keep_order = true;  ///< semi_global: the ordering constraint holds on terrain, but not beside thin objects
+  /// 1 to 4: a small NCC window keeps edges sharp; the paths aggregate support over more pixels.
+  int window_radius = 2;
+  /// Standard deviation of the sensor noise, grey levels: damps the NCC of windows without texture.
+  double noise_grey = 1.0;
+  /// Penalty of a large disparity step across a strong image edge, where depth edges are; 10 to 140.
+  int min_large_step_penalty = 24;
+  /// Least NCC of the chosen disparity, averaged over a few pixels; a larger value loses weak texture.
+  double min_ncc = 0.3;
+  /// Lead of a unique disparity over all others but its direct neighbours: 1/1000 of max_matching_cost per path.
+  int uniqueness_permille = 20;
+  double min_texture_grey = 0.8;  ///< a window has no texture if its grey values have a smaller standard deviation
+  /// With semi_global: applies the ordering constraint, which holds on terrain but not beside thin objects.
+  bool keep_order = true;
   std::int32_t min_segment_px = 60;  ///< smaller connected segments are removed
-  double border_step_px = 0.8;  ///< largest difference of a disparity at the edge of the view from those further inside
-  int recovery_neighbours = 3;  ///< of a gap, that must agree on the disparity to be tried; 0: no recovery
-  double recovery_min_ncc = 0.4;   ///< least NCC at the gap
-  double recovery_step_px = 0.6;   ///< largest difference of the disparity found from that of the neighbours
-  double surface_step_px = 2;      ///< neighbours that differ by more are of two surfaces; 0: no pixel chooses again
-  std::int32_t gap_reach_px = 32;  ///< distance to the matches on both sides that support a gap; 0: none is supported
-  bool coarse_to_fine = true;      ///< search only where a map at a quarter of the resolution has the ground
+  /// A disparity at the edge of the view may differ from disparities further inside by at most this.
+  double border_step_px = 0.8;
+  /// Number of a gap pixel's neighbours that must agree on a disparity before it is tried; 0: no recovery.
+  int recovery_neighbours = 3;
+  double recovery_min_ncc = 0.4;  ///< least NCC of a recovered pixel
+  /// A recovered disparity may differ from the median of its neighbours by at most this.
+  double recovery_step_px = 0.6;
+  /// Neighbours that differ by more belong to two surfaces; 0: pixels beside edges are not decided again.
+  double surface_step_px = 2;
+  /// Largest distance from a gap pixel to the matches that support it; 0: no gap is supported.
+  std::int32_t gap_reach_px = 32;
+  bool coarse_to_fine = true;  ///< search only disparities near those that a map at a quarter of the resolution has
 };
 
 }  // namespace ilp

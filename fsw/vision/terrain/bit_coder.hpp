@@ -1,5 +1,5 @@
-// Adaptive binary arithmetic coding: a range coder with carry (as in LZMA; G. N. N. Martin, "Range encoding", 1979),
-// with the probability of each context learnt at two speeds.
+// Adaptive binary arithmetic coding: a range coder with carry (as in LZMA; G. N. N. Martin, "Range encoding", 1979).
+// Each context learns its probability at two speeds.
 #pragma once
 
 #include <algorithm>
@@ -12,13 +12,13 @@ namespace ilp {
 inline constexpr unsigned bit_coder_probability_bits = 15;
 inline constexpr std::uint32_t bit_coder_most_zero = (1U << bit_coder_probability_bits) - 1;
 
-/// Probability that the next bit of a context is 0, in 1/2^24: the mean of a fast and of a slow estimate.
+/// Probability that the next bit of a context is 0, in units of 2^-24: the mean of a fast and a slow estimate.
 struct BitProbability {
   static constexpr unsigned bits = 24, fast = 4, slow = 7;
   std::int32_t quick = 1 << (bits - 1);
   std::int32_t steady = 1 << (bits - 1);
 
-  /// In 1/2^15; never 0 and never 1.
+  /// Returns the probability in units of 2^-15; it is never 0 and never 1.
   [[nodiscard]] std::uint32_t zero() const {
     const auto mean = static_cast<std::uint32_t>(quick + steady) >> (bits + 1 - bit_coder_probability_bits);
     return mean < 1 ? 1 : mean > bit_coder_most_zero ? bit_coder_most_zero : mean;
@@ -28,7 +28,7 @@ struct BitProbability {
     quick += (target - quick) / (1 << fast);
     steady += (target - steady) / (1 << slow);
   }
-  /// Whether learning another such bit changes nothing.
+  /// Returns true if learning `bit` again changes nothing.
   [[nodiscard]] bool saturated(std::uint32_t bit) const {
     BitProbability next = *this;
     next.learn(bit);
@@ -38,15 +38,15 @@ struct BitProbability {
 
 inline constexpr std::uint32_t bit_coder_renewal = 1U << 24U;
 
-/// How the range goes on in a saturated context, several usual bits at once; fewer than `most` if there is another case
-/// before.
+/// Codes runs of the usual bit in a saturated context, several bits at once. Returns the number of bits it coded, which
+/// may be below `most`.
 class SaturatedRange {
  public:
-  /// Bits that are 0, with the highest probability: range := (range >> 15) (2^15 - 1), as long as the range stays at or
-  /// above `least`.
+  /// Codes bits that are 0, which have the highest probability: range := (range >> 15) (2^15 - 1) for each bit, as long
+  /// as the range stays at or above `least`.
   static std::size_t take_zeros(std::uint32_t& range, std::uint32_t least, std::size_t most) {
     const std::uint32_t upper = range >> bit_coder_probability_bits;
-    // Every bit takes that much from the upper part: 1 for each 2^15 begun.
+    // Each bit reduces the upper part by this step: 1 for each 2^15 begun.
     const std::uint32_t step = ((upper - 1) >> bit_coder_probability_bits) + 1;
     const std::uint32_t last =
         std::max((least - 1) / bit_coder_most_zero + 1, ((step - 1) << bit_coder_probability_bits) + 1);
@@ -55,8 +55,8 @@ class SaturatedRange {
     range = (upper - step * static_cast<std::uint32_t>(count - 1)) * bit_coder_most_zero;
     return count;
   }
-  /// Bits that are 1, where 0 has the least probability: range := range - (range >> 15), as long as not more than
-  /// `spare` is taken in all and the range needs no renewal.
+  /// Codes bits that are 1 while 0 has the lowest probability: range := range - (range >> 15) for each bit, as long as
+  /// the total decrease is at most `spare` and the range needs no renewal.
   static std::size_t take_ones(std::uint32_t& range, std::uint32_t spare, std::size_t most) {
     constexpr std::size_t at_once = 8;
     std::size_t count = 0;
@@ -72,7 +72,7 @@ class SaturatedRange {
   }
 };
 
-/// Writes into a fixed buffer; bytes that do not fit are only counted.
+/// Encodes bits into a fixed buffer. Bytes that do not fit are counted but not stored.
 template <std::size_t Contexts>
 class BitEncoder {
  public:
@@ -94,7 +94,7 @@ class BitEncoder {
     }
   }
 
-  /// The same as `count` calls of encode(context, bit), in less time.
+  /// Has the same result as `count` calls of encode(context, bit), in less time.
   void encode_run(std::uint32_t context, std::uint32_t bit, std::size_t count) {
     std::size_t done = 0;
     for (; done < count && !probabilities_[context].saturated(bit); ++done) encode(context, bit);
@@ -124,7 +124,7 @@ class BitEncoder {
     range_ = range;
   }
 
-  /// Bytes in all. If they exceed the capacity, the output is void.
+  /// Ends the code and returns its size, bytes. If the size exceeds the capacity, the output is invalid.
   std::size_t finish() {
     for (int i = 0; i < 5; ++i) shift_low();
     return size_;
@@ -163,7 +163,7 @@ class BitEncoder {
   std::array<BitProbability, Contexts> probabilities_{};
 };
 
-/// Any bytes decode to something; used() shows whether there were as many as the encoder wrote.
+/// Decodes bits. Any bytes decode to something; used() shows whether the decoder read as many as the encoder wrote.
 template <std::size_t Contexts>
 class BitDecoder {
  public:
@@ -189,15 +189,15 @@ class BitDecoder {
     return bit;
   }
 
-  /// The same as calls of decode(context) until one gives another bit than `usual`, but `most` calls at most; the
-  /// number of usual bits. If it is less than `most`, the other bit has been decoded too.
+  /// Has the same result as calls of decode(context) until one returns a bit other than `usual`, at most `most` calls.
+  /// Returns the number of usual bits. If it is below `most`, the other bit has been decoded, too.
   std::size_t decode_run(std::uint32_t context, std::uint32_t usual, std::size_t most) {
     std::size_t count = 0;
     while (count < most && !probabilities_[context].saturated(usual)) {
       if (decode(context) != usual) return count;
       ++count;
     }
-    // The probability of the usual bit stays as it is until the other bit comes.
+    // The probability of the usual bit does not change until the other bit comes.
     const std::uint32_t zero = probabilities_[context].zero();
     std::uint32_t range = range_, code = code_;
     for (; count < most; ++count) {

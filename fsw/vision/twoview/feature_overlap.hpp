@@ -1,5 +1,5 @@
-// The overlap of two images by matched corners. It serves where no window of one image correlates with the other one as
-// a whole, because the views are far apart or the ground has much relief.
+// Measures the overlap of two images from matched corners. It is for images that do not correlate, because the views
+// are far apart or the ground has much relief.
 #pragma once
 
 #include "fsw/base/image_view.hpp"
@@ -14,14 +14,14 @@
 
 namespace ilp {
 
-/// With a smaller NCC the ground is no plane, or the views are far apart: the overlap by correlation may be right, but
-/// the prediction of corners is not accurate enough.
+/// Below this NCC of measure_overlap(), the ground is not flat or the views are far apart. The overlap may be right,
+/// but its mapping predicts corners too inaccurately.
 inline constexpr double weak_correlation = 0.6;
 
 struct FeatureOverlapWorkspace {
   FeatureOverlapWorkspace() : harris() {}
 
-  /// Corners are found before they are matched.
+  /// The detection of corners ends before the matching begins.
   union {
     HarrisWorkspace harris;
     MatcherWorkspace matcher;
@@ -33,8 +33,10 @@ struct FeatureOverlapWorkspace {
   InlierMask inliers;
 };
 
-/// The verdict is ok, with overlap, `b_from_a` and the plane's homography, if enough matches agree on one plane; `ncc`
-/// is then their mean correlation. Otherwise the verdict is overlap_unknown. `seed`: of the search for the plane.
+/// Finds the plane on which most matches of corners agree. If enough agree, the verdict is `ok`, `ncc` is their mean
+/// correlation, and `sigma_px` their RMS transfer error; overlap, `b_from_a` and the plane's homography are set.
+/// Otherwise the verdict is `overlap_unknown`. `seed` selects the random samples of matches. Returns the errors of
+/// detect_corners(), match_corners() and estimate_homography().
 Status measure_overlap_by_features(GrayView image_a, GrayView image_b, std::uint64_t seed,
                                    FeatureOverlapWorkspace& workspace, OverlapResult& result);
 

@@ -1,4 +1,4 @@
-// The two-fold ambiguity of a plane (decisions.md, 7): the solutions that visibility allows.
+// Finds the motions that explain the homography of a plane and keep its points visible (decisions.md, 7).
 #pragma once
 
 #include "fsw/vision/twoview/solvers/normalised_pairs.hpp"
@@ -6,9 +6,11 @@
 
 namespace ilp {
 
-/// Finds the solutions of `homography`, with the number of matches within `threshold_px` of it in front of both
-/// cameras. The first is the one nearest to `pose`. Source: R. Tsai, T. Huang, W. Zhu, "Estimating Three-Dimensional
-/// Motion Parameters of a Rigid Planar Patch, II", 1982: of the two, points in front of both cameras leave one or both.
+/// Decomposes `homography` (normalised coordinates) and keeps the motions with at least nine tenths of the matches on
+/// the plane in front of both cameras. A match is on the plane if its transfer error is below `threshold_px`. If two
+/// motions remain, the first is the one nearer to `pose`; the second is dropped if its translation differs by less than
+/// one degree. Source: R. Tsai, T. Huang, W. Zhu, "Estimating Three-Dimensional Motion Parameters of a Rigid Planar
+/// Patch, II", 1982.
 void find_plane_solutions(const NormalisedPairs& pairs, const Mat3& homography, const RigidTransform& pose,
                           double threshold_px, PlaneSolutions& solutions);
 

@@ -1,4 +1,4 @@
-// A video device of Linux.
+// Accesses a video device of Linux through system calls.
 #pragma once
 
 #include "hal/camera/v4l2/video_device.hpp"

@@ -1,4 +1,4 @@
-// Pixel formats of V4L2 that the flight understands.
+// Pixel formats of V4L2 that the flight can convert to grey images.
 #pragma once
 
 #include <cstddef>
@@ -7,34 +7,35 @@
 
 namespace ilp {
 
-/// How the values of a row lie in memory.
+/// Layout of a row's values in memory. In mipi10 and mipi12 the last byte of a group holds the lower bits of its
+/// values; those of the first value are least significant.
 enum class Packing : std::uint8_t {
-  bytes,   ///< a value is a byte; the values of neighbouring pixels are `step` bytes apart, the first one at `offset`
-  words,   ///< 16 bits, the low byte first; a value beyond its bits counts as the largest one
-  mipi10,  ///< four values in five bytes: their upper 8 bits, then the lower two of each, the first one lowest
-  mipi12,  ///< two values in three bytes: their upper 8 bits, then the lower four of each, the first one lowest
+  bytes,   ///< one byte per value; the first value is at `offset`, the next ones `step` bytes apart
+  words,   ///< 16 bits per value, low byte first; a value above 2^bits - 1 is clamped
+  mipi10,  ///< four values in five bytes: a byte with the upper 8 bits of each, then a byte with the lower 2 bits
+  mipi12,  ///< two values in three bytes: a byte with the upper 8 bits of each, then a byte with the lower 4 bits
   jpeg     ///< the picture is a JPEG file
 };
 
 struct PixelFormat {
   std::uint32_t fourcc;  ///< V4L2_PIX_FMT_...
-  const char* name;      ///< as after V4L2_PIX_FMT_
+  const char* name;      ///< the part of the constant's name after V4L2_PIX_FMT_
   Packing packing;
-  std::uint8_t bits;  ///< of a value
-  bool mosaic;        ///< of red, green and blue pixels (Bayer), in any order
-  std::uint8_t step;
-  std::uint8_t offset;
+  std::uint8_t bits;    ///< bits of a value
+  bool mosaic;          ///< a mosaic of red, green and blue pixels (Bayer) in any order
+  std::uint8_t step;    ///< for Packing::bytes, bytes from one value to the next
+  std::uint8_t offset;  ///< for Packing::bytes, bytes before the first value
 };
 
-/// In the order of preference.
+/// Returns all formats, the preferred one first.
 [[nodiscard]] std::span<const PixelFormat> pixel_formats();
-/// Finds a format by its name or by its four-character code, such as SRGGB10P or pRAA. Returns the null pointer when
+/// Finds a format by its name or by its four-character code, such as SRGGB10P or pRAA. Returns the null pointer if
 /// there is none.
 [[nodiscard]] const PixelFormat* find_pixel_format(const char* name);
 
-/// Bytes of a row of `width` pixels without padding; of a format in planes, of its plane of luma. 0 for JPEG.
+/// Bytes of a row of `width` pixels without padding; for a format in planes, of a row of luma; for JPEG 0.
 [[nodiscard]] std::size_t row_bytes(const PixelFormat& format, std::int32_t width);
-/// Bytes after which a uniform row repeats itself, at most.
+/// A number of bytes after which the bytes of a uniform row repeat.
 [[nodiscard]] std::size_t period_bytes(const PixelFormat& format);
 
 /// A four-character code as text, without blanks at its end.

@@ -1,4 +1,4 @@
-// The few system calls of the V4L2 camera on one video device.
+// Interface of the system calls that the V4L2 camera makes on a video device. Tests replace it.
 #pragma once
 
 #include <linux/videodev2.h>
@@ -9,10 +9,10 @@
 
 namespace ilp {
 
-/// Type of the device's buffers: pictures in single planes.
+/// V4L2 type of the device's buffers: each picture lies in one buffer.
 inline constexpr std::uint32_t frame_buffers = V4L2_BUF_TYPE_VIDEO_CAPTURE;
 
-/// Results are 0 or an errno. Only `wait` blocks.
+/// The functions return 0 or an errno. Only wait() blocks.
 class VideoDevice {
  public:
   VideoDevice() = default;
@@ -22,13 +22,13 @@ class VideoDevice {
   [[nodiscard]] virtual int open(const char* path) = 0;
   /// Does nothing if the device is not open.
   virtual void close() = 0;
-  /// A VIDIOC_ request with its argument.
+  /// Makes a VIDIOC_ request with its argument.
   [[nodiscard]] virtual int control(unsigned long request, void* argument) = 0;
   /// Maps a buffer of the driver for reading.
   [[nodiscard]] virtual int map(std::size_t length, std::int64_t offset, std::span<const std::uint8_t>& bytes) = 0;
   virtual void unmap(std::span<const std::uint8_t> bytes) = 0;
-  /// Waits until a frame can be taken, an error is pending, or the time has passed (`readable` is false then). 0 does
-  /// not wait.
+  /// Waits until a frame can be taken or an error is pending, at most `timeout_ms`; 0 does not wait. `readable` is
+  /// false if the time has passed.
   [[nodiscard]] virtual int wait(int timeout_ms, bool& readable) = 0;
 
  protected:

@@ -1,4 +1,4 @@
-// A YUV4MPEG2 stream on a file descriptor, which any video tool can provide.
+// A camera that reads a YUV4MPEG2 stream from a file descriptor. Common video tools write such streams.
 #pragma once
 
 #include <array>
@@ -9,45 +9,48 @@
 
 namespace ilp {
 
-/// Frames in so many seconds; 0: not known.
+/// The frame rate `frames` / `seconds`; both 0: not known.
 struct FrameRate {
   std::int64_t frames = 0, seconds = 0;
 };
 
 /// How a stream arrives, and when it begins.
 struct Y4mArrival {
-  /// An encoder fills the stream as time passes. The camera never waits longer than a slice for it, and goes on with a
-  /// frame in the next call. The stream begins with the time at which its first frame is asked for and has begun to
-  /// arrive, and its counter starts over with every start of the software. Otherwise the stream is a recording: its
-  /// first frame was taken at mission time 0, and reading waits for the source.
+  /// True: an encoder fills the stream as time passes. capture() waits at most 20 ms for it and continues an incomplete
+  /// frame in the next call. The first frame has the mission time at which capture() finds that it has begun to arrive.
+  /// The frame counter starts again with every start of the software.
+  ///
+  /// False: the stream is a recording. The first frame has mission time 0, and reading waits for the source.
   bool live = false;
-  /// Of a stream whose header states none.
+  /// Frame rate of a stream whose header states none.
   FrameRate rate = {};
 };
 
-/// Takes the luma of every frame; 8-bit 4:2:0, 4:1:1, 4:2:2, 4:4:4 and mono. Pictures that are larger than the flight's
-/// images are reduced (find_reduction). Times follow from the stream's frame rate.
+/// Reads the luma of every frame. Accepts 8-bit 4:2:0, 4:1:1, 4:2:2, 4:4:4 and mono. Pictures that are larger than the
+/// flight's images are reduced (find_reduction). The times of frames follow from the stream's frame rate.
 class Y4mCamera final : public Camera {
  public:
-  /// Reads the stream's header. `parse_error` when it is malformed, `unsupported_format` for other samplings or depths
-  /// (a = 3; bits_per_sample() tells them apart) or a missing rate (a = 4), `image_too_large`, `not_ready` when a live
-  /// stream has no header after 10 s. The descriptor stays the caller's.
+  /// Reads the stream's header. The caller closes the descriptor. Returns `parse_error` if the header is malformed,
+  /// `truncated` if the stream ends within it, `not_ready` if a live stream has no header after 10 s, and
+  /// `image_too_large` as find_reduction(). Returns `unsupported_format` (first value: FormatFault) for another
+  /// sampling, for other than 8 bits (see bits_per_sample()), or if no frame rate is known.
   Status open(int file, const Y4mArrival& arrival = {});
-  /// Size of the stream's pictures.
+  /// Width and height of the stream's pictures, px.
   [[nodiscard]] std::int32_t width() const { return width_; }
   [[nodiscard]] std::int32_t height() const { return height_; }
-  /// Of a header, also of one that open() has refused.
+  /// Bits of a sample in the latest header, also if open() has refused it.
   [[nodiscard]] std::int32_t bits_per_sample() const { return bits_; }
-  /// Whether the lines of a picture were taken at two times.
+  /// Whether a picture consists of two fields that were exposed at different times.
   [[nodiscard]] bool interlaced() const { return interlaced_; }
-  /// Whether the header says that pixels are no squares.
+  /// Whether the header states pixels that are not square.
   [[nodiscard]] bool pixels_are_wide() const {
     return aspect_width_ > 0 && aspect_height_ > 0 && aspect_width_ != aspect_height_;
   }
-  /// What ended the stream before its end; ok otherwise.
+  /// The error at which capture() stopped reading; ok: none.
   [[nodiscard]] Status broken() const { return broken_; }
 
-  /// `truncated` or `parse_error` ends the stream, because the next frame of a damaged stream cannot be found.
+  /// Returns `truncated` or `parse_error` for a damaged frame. That ends the stream, because the beginning of the next
+  /// frame cannot be found.
   Status capture(TimeNs now, FrameImage& image, CameraFrame& frame) override;
   [[nodiscard]] bool restarts_counter() const override { return live_; }
 
@@ -65,8 +68,8 @@ class Y4mCamera final : public Camera {
   BufferedReader reader_;
   char line_[256] = {};
   std::size_t line_size_ = 0, skipped_ = 0;
-  bool in_comment_ = false;  ///< of the line
-  FrameRate rate_;
+  bool in_comment_ = false;  ///< the next byte belongs to a comment of the line
+  FrameRate rate_;           ///< Y4mArrival::rate
   bool interlaced_ = false;
   std::int32_t bits_ = 8;
   std::int64_t aspect_width_ = 0, aspect_height_ = 0;

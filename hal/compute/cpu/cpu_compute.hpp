@@ -1,4 +1,4 @@
-// Does the jobs on the flight's own processor, a few units each time it is asked.
+// Computes jobs on the flight's own processor, a few units in each call of ask().
 #pragma once
 
 #include <array>
@@ -19,14 +19,15 @@ class CpuCompute final : public Compute {
   [[nodiscard]] bool on_device() const override { return false; }
 
   [[nodiscard]] const ComputeForm& form(ComputeKind kind) const { return forms_[static_cast<std::size_t>(kind)]; }
+  /// Returns `invalid_argument` for a job that submit() refuses.
   Status check(const ComputeJob& job) const;
-  /// One unit of a job, at once. `output` has the bytes of a unit.
+  /// Computes one unit of a job, whether the job was submitted or not. `output` has ComputeForm::unit_bytes bytes.
   void compute(ComputeKind kind, std::span<const std::byte> input, std::size_t unit, std::span<std::byte> output) const;
 
  private:
   struct Place {
     ComputeJob job;
-    std::size_t next = 0;  ///< unit
+    std::size_t next = 0;  ///< unit to compute next
     bool busy = false;
   };
 

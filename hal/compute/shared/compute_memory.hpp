@@ -1,6 +1,6 @@
-// The memory that the flight and the program of a compute device share: of fixed size, with a fixed layout. The flight
-// makes it and seals its size, so that nobody can shrink it under the flight's feet. It trusts nothing that it reads
-// there: it copies a result out and then checks the copy.
+// The memory of fixed size and layout that the flight shares with the program of a compute device. The flight makes the
+// memory and seals its size, so that the program cannot shrink it. The flight trusts no content of the memory: it
+// copies a result out and then checks the copy.
 //
 // All numbers have the byte order and the alignment of the board. Each kind of job has a mailbox, an input and an
 // output.
@@ -17,29 +17,30 @@ namespace ilp {
 inline constexpr std::uint32_t compute_memory_magic = 0x49504C43;  // "CLPI"
 
 struct ComputeMailbox {
-  std::uint32_t asked = 0;      ///< number of the newest job; the flight writes it after the input
-  std::uint32_t answered = 0;   ///< number of the newest result; the device's program writes it after the output
-  std::uint64_t input_sum = 0;  ///< compute_sum() of the input
-  std::uint64_t output_sum = 0;
-  std::uint64_t input_offset = 0, output_offset = 0;  ///< from the begin of the memory
+  std::uint32_t asked = 0;       ///< number of the newest job; the flight writes it after the input
+  std::uint32_t answered = 0;    ///< number of the newest result; the device's program writes it after the output
+  std::uint64_t input_sum = 0;   ///< compute_sum() of the input
+  std::uint64_t output_sum = 0;  ///< compute_sum() of the output
+  std::uint64_t input_offset = 0, output_offset = 0;  ///< bytes from the begin of the memory
   std::uint64_t input_bytes = 0, output_bytes = 0;
   std::uint64_t layout = 0;  ///< ComputeForm::layout
 };
 
 struct ComputeHeader {
   std::uint32_t magic = compute_memory_magic;
-  std::uint32_t layout = 0;  ///< of this struct (layout_digest)
-  std::uint64_t bytes = 0;   ///< of the whole memory
+  std::uint32_t layout = 0;  ///< layout_digest() of this struct
+  std::uint64_t bytes = 0;   ///< size of the memory with this header
   ComputeMailbox boxes[compute_kinds];
 };
 
-/// The header of a memory for these jobs.
+/// Returns the header of a memory for these kinds of job.
 [[nodiscard]] ComputeHeader compute_header(const ComputeForms& forms);
 
-/// Checksum of an input or output of job `number`.
+/// Returns the checksum of an input or output of job `number`. It depends on kind and number, so that a result of
+/// another job does not pass.
 [[nodiscard]] std::uint64_t compute_sum(std::span<const std::byte> bytes, ComputeKind kind, std::uint32_t number);
 
-/// A mapped piece of shared memory.
+/// Owns the mapping of the shared memory into one process.
 class ComputeMemory {
  public:
   ComputeMemory() = default;
@@ -47,9 +48,11 @@ class ComputeMemory {
   ComputeMemory& operator=(const ComputeMemory&) = delete;
   ~ComputeMemory() { close(); }
 
-  /// Makes it, zeroed and touched, and writes the header. `io_error` (a = errno).
+  /// For the flight: makes and maps a memory of zeros and writes the header. Every page is touched. Returns `io_error`
+  /// (first value: errno) if the kernel refuses.
   Status make(const ComputeHeader& header);
-  /// Maps what another process has made: `file` stays open. `parse_error` where it has not this build's header.
+  /// For the program: maps the memory that the flight has passed as `file`, which stays open. Returns `parse_error` if
+  /// size or header differ from `expected`, `io_error` (first value: errno) if the kernel refuses.
   Status map(int file, const ComputeHeader& expected);
   void close();
 
@@ -65,7 +68,7 @@ class ComputeMemory {
 
   std::byte* begin_ = nullptr;
   std::size_t bytes_ = 0;
-  int file_ = -1;  ///< of what was made here
+  int file_ = -1;  ///< descriptor of the memory that make() has made, else -1
 };
 
 }  // namespace ilp

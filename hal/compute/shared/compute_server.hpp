@@ -1,5 +1,6 @@
-// The other end of shared_compute.hpp, in the program of a compute device: takes jobs out of the memory of one flight
-// after another and writes results. It may block and allocate; it is no part of the flight.
+// The end of the connection in the program of a compute device; shared_compute.hpp is the flight's end. The server
+// reads jobs from the shared memory of one flight after another and announces results. It may block and allocate,
+// because it is no part of the flight.
 #pragma once
 
 #include "hal/compute/shared/compute_memory.hpp"
@@ -13,17 +14,19 @@ class ComputeServer {
   ComputeServer& operator=(const ComputeServer&) = delete;
   ~ComputeServer();
 
+  /// Makes the socket `path` (listen_compute).
   Status listen(const char* path);
-  /// Waits for a flight, with which it goes on until that ends. `parse_error`: it is none, or has another layout.
+  /// Waits for a flight to connect, and ends the connection to the flight before it. Returns `parse_error` if the
+  /// client passes no memory, or one with another layout.
   Status accept();
-  /// Waits for the next job. `end_of_stream`: the flight has ended. A job whose input does not have its checksum is
-  /// left out.
+  /// Waits for the next job; input and output lie in the shared memory. Skips jobs whose input does not have its
+  /// checksum. Returns `end_of_stream` when the flight has ended.
   Status next(ComputeJob& job);
-  /// The job's output is complete.
+  /// Announces that the output of the job is complete.
   Status answer(const ComputeJob& job);
   /// Ends the connection to the flight.
   void leave();
-  /// All that is shared with the flight.
+  /// The memory shared with the flight, with its header.
   [[nodiscard]] std::span<std::byte> memory() const { return {memory_.at(0), header_.bytes}; }
 
  private:
@@ -31,7 +34,7 @@ class ComputeServer {
   ComputeMemory memory_;
   int listener_ = -1;
   int socket_ = -1;
-  std::uint32_t number_ = 0;  ///< of the latest job
+  std::uint32_t number_ = 0;  ///< number of the latest job
 };
 
 }  // namespace ilp

@@ -1,19 +1,21 @@
-// The Unix socket between the flight and the program of a compute device. The flight connects and passes its memory.
+// The Unix socket between the flight and the program of a compute device. The flight connects and passes the descriptor
+// of the shared memory.
 #pragma once
 
 #include "fsw/base/status.hpp"
 
 namespace ilp {
 
-/// `socket` is connected to the program that listens at `path`, and `memory` has been passed to it. Does not block.
-/// `io_error` (a = errno), `invalid_argument` (the path is too long).
+/// For the flight: connects `socket` to the program that listens at `path`, and passes it the descriptor `memory`. Does
+/// not block. Returns `io_error` (first value: errno), or `invalid_argument` if the path is empty or too long.
 Status connect_compute(const char* path, int memory, int& socket);
 
-/// For the program: listens at `path`, in place of what a program before it has left there. Only its own user may
-/// connect.
+/// For the program: makes the socket `path` and listens. A file that has this path is replaced. Only the user of the
+/// program may connect. Returns the same statuses as connect_compute().
 Status listen_compute(const char* path, int& listener);
-/// Waits for a flight. `memory` is the file that it has passed; the caller closes both. `parse_error`: who connected
-/// has passed none within a second, or has gone.
+/// For the program: waits for a flight to connect. `memory` is the descriptor that the flight has passed. The caller
+/// closes `socket` and `memory`. Returns `parse_error` if no descriptor arrives within a second or the client has gone,
+/// `io_error` (first value: errno) if accepting fails.
 Status accept_compute(int listener, int& socket, int& memory);
 
 }  // namespace ilp

@@ -1,6 +1,7 @@
-// The flight's end of a compute device whose driver runs in a program of its own (bsp/vulkan), because a driver
-// allocates and the flight does not. They share memory (compute_memory.hpp) and a Unix socket: a byte on it says that
-// there is a job or a result, and its end says that the program has ended. No call blocks after open().
+// The flight's end of the connection to a compute device. The device's driver runs in a program of its own
+// (bsp/vulkan), because a driver allocates memory and the flight does not. Flight and program share memory
+// (compute_memory.hpp) and a Unix socket. A byte on the socket announces a job or a result; the socket's end shows that
+// the program has ended. Only pause() waits.
 #pragma once
 
 #include <array>
@@ -11,8 +12,8 @@
 namespace ilp {
 
 struct SharedComputeOptions {
-  const char* path = nullptr;       ///< of the program's socket
-  TimeNs limit_ns = 10 * ns_per_s;  ///< for one job; longer is late
+  const char* path = nullptr;       ///< path of the program's socket
+  TimeNs limit_ns = 10 * ns_per_s;  ///< longest time for one job; after it the device is `late`
 };
 
 class SharedCompute final : public ComputeDevice {
@@ -20,10 +21,11 @@ class SharedCompute final : public ComputeDevice {
   explicit SharedCompute(const ComputeForms& forms) : forms_(forms) {}
   ~SharedCompute() { leave(); }
 
-  /// Connects to the program, which must listen, and gives it the memory. After a fault every job has that fault.
+  /// Connects to the program, which must listen, and passes it the memory. Returns `unreachable` if that fails; begin()
+  /// and ask() then return the same.
   ComputeFault open(const SharedComputeOptions& options);
 
-  /// Of the jobs from now on.
+  /// Sets SharedComputeOptions::limit_ns for jobs that begin later.
   void limit(TimeNs limit_ns) { options_.limit_ns = limit_ns; }
 
   ComputeFault begin(const ComputeJob& job) override;
@@ -33,8 +35,8 @@ class SharedCompute final : public ComputeDevice {
 
  private:
   struct Place {
-    std::uint32_t number = 0;
-    TimeNs deadline_ns = 0;  ///< of the board's monotonic clock
+    std::uint32_t number = 0;  ///< number of the latest job of this kind, from 1
+    TimeNs deadline_ns = 0;    ///< when the device is late, by the board's monotonic clock
     std::span<std::byte> output;
   };
 
@@ -42,7 +44,7 @@ class SharedCompute final : public ComputeDevice {
   SharedComputeOptions options_;
   ComputeMemory memory_;
   int socket_ = -1;
-  ComputeFault closed_ = ComputeFault::unreachable;  ///< why there is no socket
+  ComputeFault closed_ = ComputeFault::unreachable;  ///< what begin() and ask() return without a socket
   std::array<Place, compute_kinds> places_{};
 };
 

@@ -1,4 +1,4 @@
-// Datagrams to and from ground stations. Each holds one or more whole space packets, or one bare PDU.
+// A packet link over UDP to ground stations. A datagram holds one or more complete space packets, or one bare PDU.
 #pragma once
 
 #include <array>
@@ -11,9 +11,9 @@
 
 namespace ilp {
 
-/// Datagrams are sent to the fixed peer if there is one. Otherwise they go to every station whose datagrams the router
-/// has accepted within the last hour: up to limits::max_stations, beyond which the one that has been silent longest is
-/// dropped.
+/// Datagrams are sent to the fixed peer if there is one. Otherwise they go to every station from which the router has
+/// accepted a datagram (accept_sender) within the last hour. A station beyond limits::max_stations replaces the one
+/// that has been silent longest.
 class UdpLink final : public PacketLink {
  public:
   static constexpr TimeNs station_lifetime_ns = 3600 * ns_per_s;
@@ -21,13 +21,15 @@ class UdpLink final : public PacketLink {
   explicit UdpLink(Clock& clock) : clock_(clock) {}
   ~UdpLink();
 
-  /// `peer` may be the null pointer. `io_error` when the address is not ours or already taken.
+  /// Binds the link to an address of this board. `peer` is the fixed peer, or the null pointer. Returns `io_error`
+  /// (first value: errno) if the address is not one of this board's or is in use.
   Status open(const SocketAddress& local, const SocketAddress* peer);
+  /// Reads the address to which the link is bound.
   Status address(SocketAddress& local) const { return local_address(socket_, local); }
 
   Status receive(std::span<std::uint8_t> buffer, std::size_t& bytes) override;
-  /// Sends one datagram to each station; ok when the system has taken it for one of them. `capacity_exceeded` for a
-  /// packet that is too long for a datagram.
+  /// Sends one datagram to each station. Returns ok if the system has accepted it for at least one, `capacity_exceeded`
+  /// if the packet is too long for a datagram.
   Status send(std::span<const std::uint8_t> packet) override;
   void accept_sender() override;
 
@@ -37,12 +39,13 @@ class UdpLink final : public PacketLink {
     TimeNs received_ns = 0;
     bool used = false;
   };
+  /// Whether datagrams are sent to the station.
   [[nodiscard]] bool listening(const Station& station, TimeNs now) const;
 
   Clock& clock_;
   int socket_ = -1;
-  bool fixed_ = false;
-  SocketAddress sender_;
+  bool fixed_ = false;    ///< the first station is the fixed peer
+  SocketAddress sender_;  ///< sender of the datagram that was received last
   std::array<Station, limits::max_stations> stations_{};
 };
 

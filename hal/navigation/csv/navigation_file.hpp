@@ -1,4 +1,4 @@
-// Navigation samples from a text file of comma-separated values.
+// Reads navigation samples from a text file of comma-separated values.
 #pragma once
 
 #include <array>
@@ -8,9 +8,10 @@
 
 namespace ilp {
 
-/// The first line names the columns, in any order, with their units; an unknown name is refused, so that no unit is
-/// guessed. A cell may be empty. Lines that begin with # are comments, and a byte-order mark is skipped. A time may be
-/// a date of ISO 8601 with its zone (fsw/base/date_text.hpp); it counts from 1970. docs/navigation.md has the columns.
+/// docs/navigation.md lists the columns. The first line names them, in any order, with their units; an unknown name is
+/// refused, so that no unit is guessed. A cell may be empty. Lines that begin with # are comments, and a byte-order
+/// mark is skipped. A time is a number of seconds, or a date of ISO 8601 with its zone, which becomes seconds since
+/// 1970 (fsw/base/date_text.hpp).
 class NavigationFile final : public NavigationSource {
  public:
   NavigationFile() = default;
@@ -18,11 +19,14 @@ class NavigationFile final : public NavigationSource {
   NavigationFile(const NavigationFile&) = delete;
   NavigationFile& operator=(const NavigationFile&) = delete;
 
-  /// `not_found`, `io_error`; `parse_error` (a = line, b = column, from 1) for an unknown column or one that comes
-  /// twice; (b = 0) for a quantity without all of its columns and its sigma, or no time; `truncated` for an empty file.
+  /// Opens the file and reads the names of the columns. Returns `not_found` or `io_error` (first value: errno) if the
+  /// file cannot be opened, and `truncated` if it is empty. Returns `parse_error` (first value: line, second: column,
+  /// both from 1) if a column is unknown or comes twice. The column is 0 if the time, or one of the columns of a
+  /// quantity or its standard deviation, is missing.
   Status open(const char* path);
-  /// Besides the statuses of the interface: `parse_error` (a = line, b = column) for a line that was left out, and
-  /// `time_not_monotonic` (a = line, b = ns) for one that is earlier than its predecessor.
+  /// Returns, besides the statuses of the interface, `parse_error` (first value: line, second: column) for a malformed
+  /// line, which is skipped. Returns `time_not_monotonic` (first value: line, second: ns) for a line that is earlier
+  /// than its predecessor by that time; it is skipped too.
   Status next(TimeNs now, NavigationSample& sample) override;
   [[nodiscard]] bool recorded() const override { return true; }
 
@@ -37,9 +41,9 @@ class NavigationFile final : public NavigationSource {
   BufferedReader reader_;
   char line_[512] = {};
   std::int64_t line_number_ = 0;
-  std::array<std::size_t, max_columns> quantity_{};  ///< of each column, an index into the table of columns
+  std::array<std::size_t, max_columns> quantity_{};  ///< index of each of the file's columns in navigation_columns()
   std::size_t columns_ = 0;
-  NavigationSample sample_;  ///< the next one, when `waiting_`
+  NavigationSample sample_;  ///< the next sample, if `waiting_`
   bool waiting_ = false;
   bool ended_ = true;
   TimeNs latest_ns_ = 0;

@@ -1,4 +1,4 @@
-// Answers of the server that are still true: a question that was answered since its table changed is not asked again.
+// Caches answers of the server. A question is not sent again if it was answered since the latest change of its table.
 #pragma once
 
 #include <array>
@@ -9,36 +9,38 @@
 
 namespace ilp::postgres {
 
+/// The call of Store that asks.
 enum class Question : std::uint8_t { get, next, last };
 
-/// Only whole records and "there is none" are kept, never damage. Each answer has a checksum, so that a flipped bit
-/// makes it a miss.
+/// A set-associative cache with replacement of the least recently used answer. It keeps undamaged records and the
+/// answer that there is none. Each answer has a checksum; an answer with a wrong one counts as a miss.
 class AnswerCache {
  public:
   struct Answer {
-    bool found = false;
-    const std::uint8_t* record = nullptr;  ///< until the next call that keeps something
+    bool found = false;                    ///< there is a record
+    const std::uint8_t* record = nullptr;  ///< the record; valid until the next call of keep() or put()
   };
 
-  /// Returns false when it is not known. `key` is the id asked for (get), the id before (next), or 0.
+  /// Looks an answer up. Returns false if it is not in the cache. `key` is the argument `id` of get(), the argument
+  /// `after` of next(), or 0 for last().
   [[nodiscard]] bool find(const RecordInfo& info, Question question, std::int64_t key, Answer& answer);
-  /// `record` is nullptr when there is none.
+  /// Enters an answer. A null `record` means that there is none.
   void keep(const RecordInfo& info, Question question, std::int64_t key, const void* record);
-  /// All answers about these tables become unknown.
+  /// Drops all answers about these tables.
   void forget(RecordMask tables);
-  /// All answers are as after a put of this record.
+  /// Updates the answers for a put of this record.
   void put(const RecordInfo& info, const void* record);
-  /// Those that an erasure of this id may have made untrue become unknown.
+  /// Drops the answers that the erasure of this id may have changed.
   void erase(const RecordInfo& info, std::int64_t id);
 
  private:
-  /// What a place holds. The record is apart, so that a search through all places is fast.
+  /// An entry without its record. Records are stored apart, so that a search through all entries is fast.
   struct Head {
     std::int64_t key = 0;
-    std::int64_t id = 0;      ///< of the record
-    std::uint64_t check = 0;  ///< of the rest and the record
-    std::uint64_t epoch = 0;  ///< of the table, when it was kept; 0: empty
-    std::uint64_t used = 0;   ///< larger: used later
+    std::int64_t id = 0;      ///< id of the record
+    std::uint64_t check = 0;  ///< checksum of the other members but `used`, and of the record
+    std::uint64_t epoch = 0;  ///< value of `epochs_` when the answer was entered; 0: empty
+    std::uint64_t used = 0;   ///< value of `uses_` at the latest use
     RecordType type = RecordType::count;
     Question question = Question::get;
     bool found = false;
@@ -58,6 +60,7 @@ class AnswerCache {
   [[nodiscard]] bool is_it(const Head& head, const RecordInfo& info, Question question, std::int64_t key) const;
   [[nodiscard]] std::size_t place_for(const RecordInfo& info, Question question, std::int64_t key) const;
 
+  /// For each table, a number that forget() raises: answers with an earlier number are dropped.
   std::array<std::uint64_t, tables> epochs_ = [] {
     std::array<std::uint64_t, tables> ones{};
     ones.fill(1);

@@ -1,4 +1,4 @@
-// A record as a row of its table: the columns of its fields, followed by its checksum.
+// Converts between a record and a row of its table: the columns of its fields, followed by its checksum.
 #pragma once
 
 #include "fsw/records/field.hpp"
@@ -7,11 +7,12 @@
 
 namespace ilp::postgres {
 
-/// Adds all columns. Texts stay in the record.
+/// Adds all columns of a record to the parameters. They point to the texts in `record`.
 void bind_record(const RecordInfo& info, const void* record, Parameters& parameters);
-/// False when a value does not fit its field, or the checksum is wrong: `record` then holds nothing but perhaps its id.
+/// Reads a record from a row. Returns false if a value does not fit its field or the checksum is wrong; the content of
+/// `record` is then undefined.
 [[nodiscard]] bool read_record(const RecordInfo& info, const Rows& rows, int row, void* record);
-/// The record as read_record() gives it after a put: texts end at their terminator, and -0 is 0.
+/// Copies a record as it will be read after a put: texts end at their terminator, and -0 becomes 0.
 void canonical_record(const RecordInfo& info, const void* record, void* as_read);
 
 }  // namespace ilp::postgres

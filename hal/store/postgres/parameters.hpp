@@ -1,4 +1,4 @@
-// The parameters of a statement in the binary format of the server: big-endian, no text.
+// Collects the parameters of a statement in the server's binary format (big-endian).
 #pragma once
 
 #include <array>
@@ -8,13 +8,13 @@
 
 namespace ilp::postgres {
 
-/// Numbers are copied; bytes are not, and have to stay until the statement is sent.
+/// Numbers are copied. Bytes are not copied and must stay valid until the statement is sent.
 class Parameters {
  public:
   static constexpr std::size_t capacity = 256;
 
   Parameters& add(std::int64_t value) { return number(static_cast<std::uint64_t>(value)); }
-  // -0 is stored as 0, as by every backend.
+  // Every backend stores -0 as 0.
   Parameters& add(double value) { return number(std::bit_cast<std::uint64_t>(value == 0 ? 0.0 : value)); }
   Parameters& add(float value) { return number(std::bit_cast<std::uint32_t>(value == 0 ? 0.0F : value)); }
   Parameters& add_bytes(const void* bytes, std::size_t size) {

@@ -1,5 +1,5 @@
-// Blobs of the store on a server. One blob is held here, so that it is read and written in pieces without a round trip
-// for each.
+// Reads and writes blobs of the store on a server. A few blobs are kept in memory (HeldBlobs), so that calls for parts
+// of a blob need no round trip each.
 #include <algorithm>
 #include <cstring>
 

@@ -1,4 +1,4 @@
-// What processes that share a store know of each other: changes of tables, and who runs which stage.
+// Notices changes of tables by other processes that share the store, and claims stages.
 #include "fsw/base/argument.hpp"
 #include "fsw/records/records.hpp"
 #include "hal/store/postgres/session.hpp"

@@ -1,4 +1,4 @@
-// Reads of the store on a server: from the answers that are known, or with one round trip.
+// Reads records of the store on a server, from the cache of answers or with one round trip.
 #include <cstring>
 
 #include "fsw/records/records.hpp"

@@ -1,30 +1,30 @@
-// The store on a PostgreSQL server, which several processes on one or several machines share (docs/store.md).
+// A store on a PostgreSQL server, which processes on one or several machines share (docs/store.md).
 #pragma once
 
 #include "hal/store/postgres/session.hpp"
 
 namespace ilp {
 
-/// A transaction has the store to itself, as in SQLite, from its first read or write: the others wait for it, up to
-/// 15 s (`store_error`). Writes are sent ahead, so a fault of one may be returned by a later call, by commit() at the
-/// latest. After `store_lost` every call fails until reconnect(). libpq allocates memory. An object has several MiB: it
-/// does not belong on a stack.
+/// A transaction locks the store from its first read or write. Transactions of other processes wait for it up to 15 s
+/// and then return `store_error`. Writes are sent without waiting for their answers, so that a later call returns the
+/// error of a write; commit() is the last one that can. After `store_lost` every call fails until reconnect(). libpq
+/// allocates memory. An object has several MiB and must not lie on a stack.
 class PostgresStore final : public Store, public StoreSharing {
  public:
   ~PostgresStore() { close(); }
 
-  /// `conninfo` as libpq takes it: words and values, or postgresql://... An empty database gets the tables; those of
-  /// another version are refused with `store_schema` (a = its fingerprint, b = ours) and left untouched; so is a
-  /// database whose encoding is not SQL_ASCII (a = -1). wait() ends for changes of `watched`.
-  /// `capacity_exceeded` for a text that is too long.
+  /// Connects to the server and makes the tables in an empty database. `conninfo` is a connection string of libpq:
+  /// words and values, or postgresql://... wait() returns for changes of the tables `watched`. Returns `store_schema`
+  /// (first value: fingerprint of the tables, -1 if the encoding is not SQL_ASCII; second: that of this build) if the
+  /// database does not fit this build; nothing is changed then. Returns `capacity_exceeded` if `conninfo` is too long.
   Status open(const char* conninfo, RecordMask watched, PostgresOptions options = {}) {
     return postgres::open(session_, conninfo, watched, options);
   }
   void close() { postgres::close(session_); }
-  /// Limits the bytes of blobs and of the tables' pages to about `bytes`. A put beyond it is `store_full`; erasing goes
-  /// on. 0: no limit.
+  /// Limits the bytes of blobs and of the tables' pages to about `bytes`; 0: no limit. A put beyond the limit returns
+  /// `store_full`; records can still be erased.
   void limit(std::int64_t bytes) { session_.capacity.limit_bytes = bytes; }
-  /// Says in a sentence why the latest call failed. It holds no password.
+  /// Sentence that says why the latest call failed. It contains no password.
   [[nodiscard]] const char* message() const { return session_.connection.message(); }
   [[nodiscard]] const postgres::Session& session() const { return session_; }
 
@@ -52,16 +52,17 @@ class PostgresStore final : public Store, public StoreSharing {
     return postgres::read_blob(session_, info, field, id, offset, bytes);
   }
   Status poll(RecordMask& changed) override { return postgres::poll(session_, changed); }
-  /// Bytes of all blobs and of the tables' pages. Indexes and what the server has yet to clean up do not count. While
-  /// less than half of the limit is used, the number is up to a second old, with what this process has put since.
+  /// Bytes of all blobs and of the tables' pages, without indexes and without erased rows that the server has yet to
+  /// remove. While less than half of the limit is used, the number may be a second old; what this process has put since
+  /// is included.
   StoreUsage usage() override { return postgres::usage(session_); }
 
   Status claim(StageMask stages) override { return postgres::claim(session_, stages); }
   void release() override { postgres::release(session_); }
   [[nodiscard]] bool connected() const override { return session_.connection.alive(); }
   Status reconnect() override { return postgres::reconnect(session_); }
-  /// By a connection of its own, because the server synchronises nothing in the middle of a transaction. `not_ready` if
-  /// that one is lost: try again.
+  /// Uses a second connection, because the server synchronises nothing in the middle of a transaction. Returns
+  /// `not_ready` if that connection is lost; the next call opens it again.
   Status flush() override { return postgres::flush(session_); }
   void wait(std::int32_t milliseconds) override { postgres::wait(session_, milliseconds); }
 

@@ -1,4 +1,4 @@
-// The rows that the server has answered.
+// Reads the rows of an answer of the server.
 #pragma once
 
 #include <cstdint>
@@ -15,12 +15,13 @@ class Rows {
   Rows& operator=(const Rows&) = delete;
   ~Rows() { clear(); }
 
-  /// Takes what libpq has returned.
+  /// Takes over a result of libpq, and releases the one before.
   void hold(pg_result* result);
   void clear() { hold(nullptr); }
 
+  /// Number of rows.
   [[nodiscard]] int count() const;
-  /// False for NULL, for another type, and for a place that does not exist.
+  /// Read a value. Return false if it is NULL or has another type, or if there is no such row or column.
   [[nodiscard]] bool number(int row, int column, std::int64_t& value) const;
   [[nodiscard]] bool number(int row, int column, float& value) const;
   [[nodiscard]] bool number(int row, int column, double& value) const;

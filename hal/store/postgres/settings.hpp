@@ -1,26 +1,28 @@
-// What every connection tells the server.
+// Settings and fixed statements that every connection sends to the server.
 #pragma once
 
 #include "hal/store/store_sharing.hpp"
 
 namespace ilp::postgres {
 
-/// Advisory locks have two numbers: this one, and 0 for the writers or the number of a stage from 1.
+/// Advisory locks have two numbers. The first is this one; the second is 0 for the writers' lock, or a component number
+/// for a stage.
 inline constexpr const char* lock_class = "4803664";  // "ILP"
 
-// Each statement sees what was committed before it: with one snapshot per transaction it would be taken before the lock
-// is granted.
+// With this isolation level each statement sees what was committed before it. A snapshot for the whole transaction
+// would be taken before the lock is granted.
 inline constexpr const char* begin_statement = "BEGIN ISOLATION LEVEL READ COMMITTED READ WRITE";
 inline constexpr const char* lock_statement = "SELECT pg_advisory_xact_lock(4803664,0)";
 inline constexpr const char* commit_statement = "COMMIT";
 inline constexpr const char* rollback_statement = "ROLLBACK";
 
-// A transaction of its own that the server synchronises, and with it everything before it in the log.
+// A transaction that the server synchronises. With it everything before it in the server's log is on the disk.
 inline constexpr const char* flush_statement =
     "SELECT set_config('synchronous_commit','on',true),pg_logical_emit_message(true,'ilp','')";
 
-/// A commit is synchronised by flush_statement. A process that is cut off holds its lock until the server notices: 5 s,
-/// or 10 s in the middle of a transaction. The others wait for longer than that.
+/// Settings of every connection. Commits are asynchronous; flush_statement synchronises them. A process that is cut off
+/// holds its locks until the server notices: after 5 s, or after 10 s in the middle of a transaction. The
+/// `lock_timeout` of the others is longer.
 inline constexpr const char* session_settings[] = {
     "SET default_transaction_isolation='read committed'",
     "SET default_transaction_read_only=off",

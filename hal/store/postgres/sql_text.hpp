@@ -1,4 +1,4 @@
-// The SQL text for the field tables, as PostgreSQL takes it.
+// Writes the SQL statements of the store in PostgreSQL's dialect.
 #pragma once
 
 #include <cstdint>
@@ -10,48 +10,50 @@ namespace ilp::postgres {
 
 using SqlText = FixedText<12288>;
 
-/// What is done with a record. Parameters are $1, $2, ... in the order given here.
+/// Statements on the rows of a table. The comments list their parameters $1, $2, ...
 enum class RowVerb : std::uint8_t {
   put,    ///< all columns
   get,    ///< id
-  next,   ///< id before, most rows
-  last,   ///< none
+  next,   ///< id after which rows are wanted, limit of rows
+  last,   ///< no parameters
   erase,  ///< id
-  count,  ///< none
-  end
+  count,  ///< no parameters
+  end     ///< number of verbs
 };
 
-/// What is done with one of its blobs.
+/// Statements on the blobs of a field.
 enum class BlobVerb : std::uint8_t {
-  resize,  ///< id, bytes: zero bytes, unless the blob has this size
+  resize,  ///< id, bytes: fills the blob with zeros, unless it has this size
   fill,    ///< id, bytes, checksums, data
-  read,    ///< id, most bytes of data
+  read,    ///< id, limit of data bytes
   erase,   ///< id
-  end
+  end      ///< number of verbs
 };
 
-/// hal/store/sql_columns.hpp has the columns. The table of a blob is `record_name(id, bytes, checksums, data)`;
-/// `checksums` is a sequence of u32, one for each chunk of `data`. Both are empty for a blob of zeros.
+/// Write the definitions of tables. hal/store/sql_columns.hpp has the columns of a record. The table of a blob field is
+/// `record_name(id, bytes, checksums, data)`, where `checksums` has a u32 for each chunk of `data`. Both are empty for
+/// a blob of zeros. keep_blob_external() switches the server's compression of blobs off.
 void create_table(const RecordInfo& info, SqlText& sql);
 void create_blob_table(const RecordInfo& info, const FieldInfo& field, SqlText& sql);
 void keep_blob_external(const RecordInfo& info, const FieldInfo& field, SqlText& sql);
 
 void row_statement(RowVerb verb, const RecordInfo& info, SqlText& sql);
-/// `field` is the blob.
+/// `field` is a blob field.
 void blob_statement(BlobVerb verb, const RecordInfo& info, const FieldInfo& field, SqlText& sql);
 
-/// The table `ilp_store` has one row: the fingerprint of the schema, the number of commits that changed something, and
-/// for each table the number of the commit that changed it last.
+/// Make and fill the table `ilp_store`. It has one row: the fingerprint of the schema, the number of commits with
+/// changes, and for each table the number of the commit that changed it last.
 void create_store_table(SqlText& sql);
 void fill_store_table(SqlText& sql);
-/// Selects `commits` and the numbers of all tables, in the order of RecordType.
+/// Selects the number of commits and the numbers of all tables, in the order of RecordType.
 void look_at_changes(SqlText& sql);
-/// Parameters: mask of the changed tables; 1 to notify. Returns the number of the commit.
+/// Counts a commit, and selects its number. Parameters: RecordMask of the changed tables; 1 to notify other processes,
+/// else 0.
 void note_changes(SqlText& sql);
-/// Bytes of all blobs and of the pages of all tables.
+/// Selects the bytes of all blobs and of the pages of all tables.
 void used_bytes(SqlText& sql);
 
-/// A number that changes with any field of any table.
+/// table_fingerprint() of this dialect.
 [[nodiscard]] std::int64_t schema_fingerprint();
 
 }  // namespace ilp::postgres

@@ -1,4 +1,4 @@
-// A record as a row of its table: the columns of its fields, followed by its checksum.
+// Converts a record to a row of its table and back: the columns of its fields, followed by its checksum.
 #pragma once
 
 #include "fsw/records/field.hpp"
@@ -7,10 +7,10 @@ struct sqlite3_stmt;
 
 namespace ilp {
 
-/// Binds all columns from the first parameter on.
+/// Binds the values of all columns, beginning at the statement's first parameter.
 void bind_record(sqlite3_stmt* statement, const RecordInfo& info, const void* record);
-/// Reads the current row. False when a value does not fit its field, or the checksum is wrong: `record` then holds
-/// nothing but perhaps its id.
+/// Reads the current row. Returns false if a value does not fit its field, or if the checksum is wrong; the content of
+/// `record` is then invalid.
 [[nodiscard]] bool read_record(sqlite3_stmt* statement, const RecordInfo& info, void* record);
 
 }  // namespace ilp

@@ -1,4 +1,4 @@
-// Reading and writing of an open file that a fault which passes does not disturb.
+// Reads and writes files, and repeats system calls that fail temporarily.
 #pragma once
 
 #include <cstdint>
@@ -8,18 +8,19 @@
 
 namespace ilp {
 
-/// A call of the system that fails is tried this often.
+/// Number of attempts of a system call that fails.
 inline constexpr int disk_attempts = 3;
 
-/// `file` is -1 if there is none of this name. `how` are flags of open(2). `io_error` (a = errno): it could not be
-/// opened, and may be there.
+/// Opens a file; `how` are flags of open(2). `file` is -1 if there is no such file. Returns `io_error` (a = errno) if
+/// it cannot be opened although it may exist.
 Status open_disk_file(const char* path, int how, int& file);
-/// `got` is less than the size of `to` only at the end of the file. `io_error` (a = errno): it could not be read, which
-/// says nothing about its content.
+/// Reads from the offset `at`. `got` is less than the size of `to` only at the end of the file. Returns `io_error` (a =
+/// errno) if it cannot be read, which says nothing about the content.
 Status read_at(int file, std::span<std::uint8_t> to, std::int64_t at, std::size_t& got);
-/// `io_error` (a = errno): any part of it may have been written.
+/// Writes at the offset `at`. Returns `io_error` (a = errno) after a fault; any part of `from` may then have been
+/// written.
 Status write_at(int file, std::span<const std::uint8_t> from, std::int64_t at);
-/// Whether there is a file of this name. `io_error` (a = errno) when that cannot be found out.
+/// True if there is a file of this name. Returns `io_error` (a = errno) if this cannot be determined.
 Result<bool> look_for(const char* path);
 
 }  // namespace ilp

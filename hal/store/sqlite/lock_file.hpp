@@ -1,4 +1,5 @@
-// Who holds the lock of the writers of a database in a write-ahead log: SQLite locks bytes of the log's index.
+// Finds the process that holds the write lock of a database with a write-ahead log. SQLite locks bytes of the log's
+// index.
 #pragma once
 
 namespace ilp {
@@ -10,11 +11,11 @@ class LockFile {
   LockFile& operator=(const LockFile&) = delete;
   ~LockFile() { close(); }
 
-  /// The process that holds the lock of the database at `path`, by its number; 0: no other process does, or there is no
-  /// such file; -1: a process without a number in this part of the system (another container).
+  /// Process id of the holder of the write lock of the database at `path`. 0: no other process holds it, or there is no
+  /// index. -1: the holder has no process id here (it runs in another container).
   [[nodiscard]] int holder(const char* path);
-  /// Call it when this process has closed the database, and not before: closing any descriptor of the file ends the
-  /// locks that SQLite has on it.
+  /// Call it only after this process has closed the database: closing any descriptor of the index releases the locks
+  /// that SQLite has on it.
   void close();
 
  private:

@@ -1,5 +1,5 @@
-// The length of a database's log that is known to be on the disk. It reveals a flipped bit in the last transaction,
-// which would otherwise look like a transaction that was never finished.
+// Records the length of a database's log that is known to be on the disk (the mark), and checks and repairs logs. The
+// mark reveals a flipped bit in the last transaction, which would otherwise look like an unfinished transaction.
 #pragma once
 
 #include <cstdint>
@@ -13,50 +13,50 @@ namespace ilp {
 inline constexpr const char* log_suffix = "-wal";
 inline constexpr const char* mark_suffix = "-sync";
 
-/// Kept in a file beside the log. It is written after the log was synchronised and not synchronised itself: it may
-/// understate the length, but never overstate it. It is made from the frames that are in the log, never from the calls
-/// that wrote them, because any of these may have failed. A frame is counted by its end, so a length is a number of
-/// frames.
+/// The mark, in a file next to the log. It is written after the log was synchronised, and is not synchronised itself:
+/// its length may be too small, but never too large. It is computed from the frames in the log, not from the calls that
+/// wrote them, because a call may have failed. A length is a number of frames.
 class LogMark {
  public:
-  /// `log` is the name of the log. False if there may be a mark that cannot be written.
+  /// Opens the mark of `log`, the path of a log. Returns false if there may be a mark that cannot be written.
   [[nodiscard]] bool open(const char* log);
   void close();
-  /// Before the header of a log is written that starts over: nothing of it is needed yet. A fault is ignored.
+  /// Call it before the header of a restarted log is written: no frame of the log is needed yet. A fault is ignored.
   void begin(std::span<const std::uint8_t, 8> salts);
-  /// Before frames are written in the place of others, which a transaction has left that was rolled back: the mark
-  /// states at most `frames` from now on, which is synchronised. If false, they must not be written.
+  /// Call it before frames of a rolled-back transaction are overwritten. Lowers the mark to at most `frames` and
+  /// synchronises it. If it returns false, the frames must not be written.
   [[nodiscard]] bool lower(std::span<const std::uint8_t, 8> salts, std::int64_t frames);
-  /// So many frames of the log with these salts are on the disk. A fault is ignored.
+  /// Records that `frames` frames of the log with these salts are on the disk. A fault is ignored.
   void write(std::span<const std::uint8_t, 8> salts, std::int64_t frames);
-  /// From now on transactions are not synchronised one by one: several may be behind the mark, and after a power cut
-  /// any part of them may be on the disk. The next check_log() has to know it, so this is written through.
+  /// Records, and synchronises, that transactions are no longer synchronised one by one. Several may then be beyond the
+  /// mark, and after a power cut any part of them may be on the disk; the next check_log() must know this. Returns
+  /// false after a fault.
   bool defer_synchronisation();
-  /// Frames of the log with these salts that this process knows to be on the disk.
+  /// Number of frames of the log with these salts that this process knows to be on the disk.
   [[nodiscard]] std::int64_t frames_of(std::span<const std::uint8_t, 8> salts) const;
 
  private:
   int file_ = -1;
   bool deferred_ = false;
   std::uint8_t salts_[8] = {};
-  std::int64_t frames_ = 0;  ///< up to the end of a transaction
+  std::int64_t frames_ = 0;  ///< number of frames, up to the end of a transaction
 };
 
-/// Does nothing for names that are not a log's. False if it is still there.
+/// Removes the mark of a log. Does nothing if `log` is no log's name. Returns false if the mark cannot be removed.
 [[nodiscard]] bool remove_log_mark(const char* log);
 
-/// Call it before the database at `path` is opened. `log_damaged` (a = frame, b = frames that are known to have been
-/// written) when its log has frames with wrong checksums, except those of a last transaction that was never finished.
-/// SQLite uses such a log up to the damage. No process may be writing. Here and below `io_error` (a = errno) says that
-/// it could not be read, which is no verdict.
+/// Checks the log of the database at `path`. Call it before the database is opened, while no process writes. Returns
+/// `log_damaged` (a = frame, b = frames that are known to have been written) if frames have wrong checksums; frames of
+/// an unfinished last transaction are allowed. SQLite would use such a log up to the damage. This function and the next
+/// two return `io_error` (a = errno) if the log cannot be read, which is no verdict.
 Status check_log(const char* path);
 
-/// Mends a log with single flipped bits, if the checksums determine them. `log_damaged` if they do not, or if more is
-/// wrong; correct data is never changed.
+/// Corrects single flipped bits in a log, if the checksums determine them. Returns `log_damaged` if they do not, or if
+/// there is more damage. Correct data is never changed.
 Status mend_log(const char* path);
 
-/// Makes a log with damaged frames readable to its end. SQLite then takes them as they are; the checksums of records
-/// and blobs show which of their data is right.
+/// Makes a log with damaged frames readable to its end. SQLite then accepts these frames; the checksums of records and
+/// blobs show which of their data is valid.
 Status bridge_log(const char* path);
 
 }  // namespace ilp

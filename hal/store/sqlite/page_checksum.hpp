@@ -1,4 +1,4 @@
-// Checksums of a database's pages and of the frames of its write-ahead log, and the mending of one flipped bit.
+// Checksums of a database's pages and of the frames of its write-ahead log, and correction of one flipped bit.
 #pragma once
 
 #include <cstddef>
@@ -13,11 +13,12 @@ inline constexpr std::size_t page_checksum_bytes = 8;
 
 using Page = std::span<std::uint8_t, page_bytes>;
 
-/// `number` counts from 1 and is part of the checked data, so that a page in another's place is detected.
+/// Writes the checksums of a page. `number` counts from 1 and is part of the checked data, so that a page at the wrong
+/// position is detected.
 void seal_page(std::uint32_t number, Page page);
 
 enum class PageState : std::uint8_t { valid, mended, damaged };
-/// Mends one flipped bit in `page`: the CRC locates it, and the sum must agree.
+/// Checks a page and corrects one flipped bit in it: the CRC locates the bit, and the sum must agree.
 PageState check_page(std::uint32_t number, Page page);
 
 /// A frame of the log is a header of 24 octets and a page (https://www.sqlite.org/fileformat2.html, "The Write-Ahead
@@ -32,11 +33,12 @@ struct FrameSum {
   bool operator==(const FrameSum&) const = default;
 };
 
-/// `bytes` has a multiple of 8 octets. `big_endian` is the byte order of the log's words.
+/// Continues a checksum of the log over `bytes`, a multiple of 8 octets. `big_endian` is the byte order of the log's
+/// words.
 [[nodiscard]] FrameSum add_to_frame_sum(FrameSum sum, std::span<const std::uint8_t> bytes, bool big_endian);
-/// The sum over the first 8 octets of the header and the page.
+/// The checksum of a frame: over the first 8 octets of its header, and its page.
 [[nodiscard]] FrameSum frame_sum(FrameSum before, std::span<const std::uint8_t, frame_bytes> frame, bool big_endian);
-/// The sum that the header states; the header's numbers are always big-endian.
+/// The checksum in the header. The header's numbers are always big-endian.
 [[nodiscard]] FrameSum stated_frame_sum(std::span<const std::uint8_t, frame_header_bytes> header);
 [[nodiscard]] bool ends_transaction(std::span<const std::uint8_t, frame_header_bytes> header);
 

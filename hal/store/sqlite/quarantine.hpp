@@ -1,4 +1,4 @@
-// Renames a database that cannot be used any more, to make room for a new one.
+// Renames a database that can no longer be used, so that a new one can replace it.
 #pragma once
 
 #include <cstdint>
@@ -7,12 +7,13 @@
 
 namespace ilp {
 
-/// At most this many are kept. After that the latest is replaced, and the earlier ones, which hold more of the flight,
-/// stay.
+/// Largest number of quarantined databases. After that the latest is replaced; the earlier ones stay, because they hold
+/// more of the flight.
 inline constexpr std::int64_t max_quarantined = 4;
 
-/// Renames the database at `path` and its log to `path.aside-N`; `number` is N, from 1. `io_error` (a = errno) when
-/// they cannot be renamed, `capacity_exceeded` for a path that is too long. No process may have the database open.
+/// Renames the database at `path` and its log to `path.aside-N`; `number` is N, from 1. No process may have the
+/// database open. Returns `io_error` (a = errno) if they cannot be renamed, `capacity_exceeded` if the path is too
+/// long.
 Status quarantine_database(const char* path, std::int64_t& number);
 
 }  // namespace ilp

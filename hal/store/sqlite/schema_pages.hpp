@@ -1,13 +1,13 @@
-// Restores the pages of a database's schema, without which nothing else in it can be read.
+// Restores the pages of a database's schema, without which nothing in the database can be read.
 #pragma once
 
 #include "fsw/base/status.hpp"
 
 namespace ilp {
 
-/// Replaces the unreadable ones of `damaged` by those of `fresh`, an empty database of the same build that no process
-/// has open. A file in which no page has a right checksum is no database of ours and is left alone. `io_error` (a =
-/// errno): one could not be read, which is no reason to replace it, or not be written.
+/// Replaces unreadable schema pages of `damaged` by those of `fresh`, an empty database of the same build. No process
+/// may have either open. A file without any valid page checksum was not written by this software and is not changed.
+/// Returns `io_error` (a = errno) if a page cannot be read for a reason other than damage, or cannot be written.
 Status restore_schema_pages(const char* damaged, const char* fresh);
 
 }  // namespace ilp

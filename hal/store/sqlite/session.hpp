@@ -1,5 +1,5 @@
-// A database that SQLite has open: its connection, statements, transaction and write-ahead log. The functions without
-// a description are those of SqliteStore.
+// An open SQLite database: its connection, statements, transaction and write-ahead log. Functions without a comment are
+// described at SqliteStore.
 #pragma once
 
 #include <array>
@@ -14,32 +14,32 @@ struct sqlite3_stmt;
 
 namespace ilp {
 
-/// When a commit is synchronised, so that it outlasts a power cut. The log is a sequence: with a commit, all earlier
-/// ones of every process are synchronised too.
+/// When a commit is synchronised with the disk, so that it outlasts a power cut. A synchronisation includes all earlier
+/// commits of every process, because the log is sequential.
 enum class Synchronise : std::uint8_t {
-  in_commit,      ///< within it: what anybody can read is on the disk
-  behind_commit,  ///< before commit() returns, but the other processes may write meanwhile
-  later           ///< with flush(), or with a later commit of any process
+  in_commit,      ///< during the commit: everything that a process can read is on the disk
+  behind_commit,  ///< before commit() returns, after the write lock is released
+  later           ///< by flush(), or by a later commit of any process
 };
 
-/// The write-ahead log is copied into the database and started over long before it reaches this size, and cut to it.
-/// While a reader prevents that, the log grows up to this size, and by one transaction more.
+/// Largest size of the write-ahead log. It is normally copied into the database and restarted long before. If a reader
+/// prevents this, the log grows up to this size plus one transaction; afterwards it is truncated to this size.
 inline constexpr std::int64_t sqlite_log_bytes = 8 << 20;
 
 }  // namespace ilp
 
 namespace ilp::sqlite {
 
-/// What SQLite's busy handler knows.
+/// State of SQLite's busy handler, on_busy().
 struct LockWait {
-  std::int64_t waits_since_ns = 0;  ///< on the monotonic clock, for the lock that it waited for last
+  std::int64_t waits_since_ns = 0;  ///< start of the last wait for a lock, monotonic clock
   std::int64_t longest_wait_ns = 2'000'000'000;
-  std::int64_t taken_since_ns = 0;  ///< 0: the lock of the writers is not known to be taken
+  std::int64_t taken_since_ns = 0;  ///< time since which the write lock was not free; 0: it was free at the last call
 };
 
 struct BlobStatements {
   sqlite3_stmt *size = nullptr, *erase = nullptr;
-  sqlite3_stmt* create = nullptr;  ///< or replace, with zero bytes
+  sqlite3_stmt* create = nullptr;  ///< creates or replaces the blob, filled with zeros
 };
 struct RecordStatements {
   sqlite3_stmt *put = nullptr, *get = nullptr, *next = nullptr, *last = nullptr, *erase = nullptr, *count = nullptr;
@@ -54,22 +54,22 @@ struct Statements {
 
 struct OpenTransaction {
   bool open = false;
-  Status doomed;  ///< the fault that made a commit of this transaction impossible
-  RecordMask uncommitted = 0;
+  Status doomed;               ///< not ok: the fault that makes a commit of this transaction impossible
+  RecordMask uncommitted = 0;  ///< types of records that it has written
 };
 
 struct WriteAheadLog {
   Synchronise when = Synchronise::in_commit;
-  bool unsynchronised = false;  ///< a commit of this process may not be on the disk
+  bool unsynchronised = false;  ///< a commit of this process may not be on the disk yet
   bool synchronising_failed = false;
-  std::int64_t flushed_version = -1;  ///< the commits of others that are on the disk (data_version)
-  std::int64_t bytes = 0;             ///< after the latest commit
-  std::int64_t held_bytes = 0;        ///< when a reader last kept it; 0: it was not kept
+  std::int64_t flushed_version = -1;  ///< data_version up to which the commits of others are on the disk
+  std::int64_t bytes = 0;             ///< size after the latest commit
+  std::int64_t held_bytes = 0;        ///< size when a reader last prevented the restart; 0: none did
   std::int64_t capacity = sqlite_log_bytes;
   std::int64_t reserve_bytes = 0;
-  bool disk_is_full = false;  ///< it has no room for the reserve
-  std::int64_t full_at_look = 0;
-  Status updates;
+  bool disk_is_full = false;      ///< the disk has no space for the reserve
+  std::int64_t full_at_look = 0;  ///< writes_without_capacity() at the last check
+  Status updates;                 ///< for SqliteStore::take_updates()
 };
 
 struct Session {
@@ -80,68 +80,74 @@ struct Session {
   OpenTransaction transaction;
   WriteAheadLog log;
   bool damaged = false;
-  std::int64_t refused_at_open = 0;
-  std::int64_t known_bytes = 0;  ///< size of the database at the last query
-  std::int64_t limit_bytes = 0;  ///< 0: none
-  std::int64_t seen_version = 0;
-  RecordMask changed = 0;
+  std::int64_t refused_at_open = 0;  ///< refused_reads() at the opening
+  std::int64_t known_bytes = 0;      ///< size of the database at the last query
+  std::int64_t limit_bytes = 0;      ///< 0: no limit
+  std::int64_t seen_version = 0;     ///< data_version at the latest poll
+  RecordMask changed = 0;            ///< types of records that this process has committed since then
 };
 
 Status open(Session& s, const char* path);
 Status open_read_only(Session& s, const char* path);
-/// For saving the readable part: nothing is written, and a damaged log is read as far as SQLite can.
+/// Opens a damaged database to save its readable part. Nothing is written, and a damaged log is read as far as SQLite
+/// can.
 Status open_damaged(Session& s, const char* path, std::int64_t cache_kib);
-/// Sets the memory for pages.
+/// Sets the capacity of the page cache.
 Status use_cache(Session& s, std::int64_t kib);
 void close(Session& s);
 Status check(Session& s);
 [[nodiscard]] bool damaged(const Session& s);
 StoreUsage usage(Session& s);
 
-/// How long begin() waits for the transactions of other processes, at most, before it is `store_locked` (a = ms for
-/// which the lock was taken); 2 s after open(). From then on it does not wait, until it has found the lock free.
+/// Sets how long begin() waits for the transactions of other processes (2 s after open()) before it returns
+/// `store_locked` (a = ms for which the lock was not free). After that begin() does not wait, until it has found the
+/// lock free.
 inline void wait_for_writers(Session& s, std::int64_t milliseconds) {
   s.lock.longest_wait_ns = 1'000'000 * milliseconds;
 }
-/// For how long begin() has not got the lock, in ms; 0: it had it at the latest call.
+/// Time for which begin() has failed to get the lock, ms; 0: it got the lock at the latest call.
 [[nodiscard]] std::int64_t locked_ms(const Session& s);
-/// As LockFile::holder().
+/// LockFile::holder() of this database; 0 if it is not open.
 [[nodiscard]] int lock_holder(Session& s);
-/// SQLite's busy handler: called while another connection has a lock. `attempt` counts from 0 for each lock; the answer
-/// 0 abandons the call.
+/// SQLite's busy handler: SQLite calls it while another connection has a lock. `attempt` counts from 0 for each lock.
+/// Returns 0 to abandon the wait.
 int on_busy(void* lock, int attempt);
 
 Status limit(Session& s, std::int64_t bytes);
 Status synchronise(Session& s, Synchronise when);
 Status flush(Session& s);
-/// The same for what this connection has committed.
+/// flush() if this connection has commits that may not be on the disk yet.
 inline Status flush_own(Session& s) {
   return s.log.unsynchronised ? flush(s) : Status{};
 }
-/// Before every transaction.
+/// Restarts the log if it is long or the disk is full. Called before every transaction. Returns `store_full` if the log
+/// stays above its capacity.
 Status make_room(Session& s);
-/// SQLite calls it after every commit. If copying fails it is tried again after the next one.
+/// SQLite calls this after every commit. It copies a long log into the database; if this fails, it is tried again after
+/// the next commit.
 int note_commit(void* log_bytes, sqlite3* database, const char* name, int frames);
 
+/// The status of SQLite's error `code`. Notes damage in `s`.
 Status fault(Session& s, int code);
 Status execute(Session& s, const char* sql);
 Status prepare(Session& s, const char* sql, sqlite3_stmt*& statement);
 Status run(Session& s, sqlite3_stmt* statement);
 Status integer_of(Session& s, sqlite3_stmt* statement, std::int64_t& value);
 
+/// Ok if a transaction is open and can still be committed.
 Status writable(Session& s);
-/// Call it after every write: a fault makes a commit impossible.
+/// Called after every write with its status, which it returns. A fault makes a commit of the transaction impossible.
 Status written(Session& s, const RecordInfo& info, Status status);
 Status get(Session& s, const RecordInfo& info, std::int64_t id, void* record);
-/// The record with the largest id below `before`, or of all if `bounded` is false; otherwise as next().
+/// Reads the record with the largest id below `before`, or with the largest id if `bounded` is false. Errors as next().
 Status previous(Session& s, const RecordInfo& info, std::int64_t before, bool bounded, void* record);
 
 Status write_blob(Session& s, const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
                   std::span<const std::uint8_t> bytes);
 Status read_blob(Session& s, const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset,
                  std::span<std::uint8_t> bytes);
-/// For saving the rest of a damaged blob: reading the chunk at `offset` returns `record_damaged` until it is written
-/// again.
+/// Marks a chunk of a blob that is saved in part: reading the chunk at `offset` returns `record_damaged` until it is
+/// written again.
 Status mark_chunk_damaged(Session& s, const RecordInfo& info, const char* field, std::int64_t id, std::size_t offset);
 
 }  // namespace ilp::sqlite

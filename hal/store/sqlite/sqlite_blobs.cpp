@@ -1,4 +1,4 @@
-// Blobs of the store on a disk: read and written in pieces, with a checksum for every chunk.
+// Reads and writes parts of blobs in the store on a disk, with a checksum for every chunk.
 #include <sqlite3.h>
 
 #include <algorithm>

@@ -1,4 +1,5 @@
-// The store on a disk: SQLite with a write-ahead log, every commit synchronised (architecture, "Atomicity").
+// The store on a disk: SQLite with a write-ahead log, every commit synchronised unless synchronise() says otherwise
+// (architecture, "Atomicity").
 #pragma once
 
 #include <utility>
@@ -7,42 +8,44 @@
 
 namespace ilp {
 
-/// The fault is a verdict on the content of a database that was read. Any other one may pass, and says nothing about
-/// it.
+/// True if the fault is a verdict on the content of a database. Any other fault may be temporary, and says nothing
+/// about the content.
 [[nodiscard]] constexpr bool is_verdict(const Status& status) {
   return status.is(StatusCode::store_damaged) || status.is(StatusCode::log_damaged) ||
          status.is(StatusCode::store_schema) || status.is(StatusCode::store_build);
 }
 
-/// A database of another version of the field tables is refused with `store_schema` and left untouched. open() prepares
-/// all statements, so that in flight SQLite needs little memory beyond its page cache.
+/// A database of another version of the field tables is refused with `store_schema` and not changed. open() prepares
+/// all statements, so that later SQLite needs little memory beyond its page cache.
 class SqliteStore final : public Store {
  public:
   ~SqliteStore() { close(); }
 
-  /// A database that cannot be written (on a read-only disk) is refused with `store_error`.
+  /// Opens the database at `path`, and creates it if there is none. Returns `store_error` if it cannot be written (on a
+  /// read-only disk).
   Status open(const char* path) { return sqlite::open(session_, path); }
-  /// Limits the size of the database to `bytes`, and to the present room on the disk minus the room that the log may
-  /// need, and makes the reserve (reserve.hpp). A write beyond it is `store_full`; erasing continues. On a completely
-  /// full disk even erasing must wait for room. Existing data stays.
+  /// Limits the size of the database to `bytes`, or to the space that the disk has for it besides the log, if that is
+  /// less. Makes the reserve (reserve.hpp). A write beyond the limit returns `store_full`; erasing is still possible.
+  /// On a completely full disk even erasing must wait for free space. Existing data stays.
   Status limit(std::int64_t bytes) { return sqlite::limit(session_, bytes); }
-  /// Once, when the log has half of its room because somebody reads: `store_log_held` (a = octets of the log, b = its
-  /// room). When it has all of it, begin() is `store_full` until the reader has gone.
+  /// Returns `store_log_held` (a = octets of the log, b = its capacity) once, after the log has filled half of its
+  /// capacity because a reader prevents its restart. When the log is full, begin() returns `store_full` until the
+  /// reader has ended.
   Status take_updates() { return std::exchange(session_.log.updates, Status{}); }
-  /// Reads the whole database, which takes long: `store_damaged` when its structure is damaged.
+  /// Reads the complete database, which takes long. Returns `store_damaged` if its structure is damaged.
   Status check() { return sqlite::check(session_); }
-  /// A call has returned `store_damaged` since open(). Earlier writes may be lost: set the database aside.
+  /// True if damage was found since open(). Earlier writes may be lost: quarantine the database.
   [[nodiscard]] bool damaged() const { return sqlite::damaged(session_); }
-  /// Another process has committed since the latest poll(). False if that cannot be read.
+  /// True if another process has committed since the latest poll(). False also if this cannot be read.
   [[nodiscard]] bool changed_by_others();
-  /// For tools: nothing is written. For a database that no process has open for writing, no extra file remains; a
-  /// database whose writer is active, or was interrupted, is read together with its log.
+  /// Opens the database for reading only, for tools. A database with a log (its writer is active or was interrupted) is
+  /// read together with the log. Otherwise no extra file remains.
   Status open_read_only(const char* path) { return sqlite::open_read_only(session_, path); }
-  /// After open() it is `in_commit`.
+  /// Selects when commits are synchronised; `in_commit` after open().
   Status synchronise(Synchronise when) { return sqlite::synchronise(session_, when); }
-  /// Whatever has been committed by any process is on the disk when this is ok. Within a transaction too. A commit
-  /// whose synchronisation failed (`behind_commit`) is one that was not synchronised: this reports the fault, and heals
-  /// it outside a transaction.
+  /// Synchronises all commits of every process with the disk. It may be called within a transaction. With
+  /// `behind_commit`, commit() does not report a failed synchronisation: flush() reports it, and outside a transaction
+  /// it repairs it.
   Status flush() { return sqlite::flush(session_); }
   void close() { sqlite::close(session_); }
 
@@ -68,7 +71,7 @@ class SqliteStore final : public Store {
   Status poll(RecordMask& changed) override;
   StoreUsage usage() override { return sqlite::usage(session_); }
 
-  /// For what is no part of a store: the lock of the writers, saving a damaged database.
+  /// Access to what is no part of the Store interface: the write lock, and saving a damaged database.
   [[nodiscard]] sqlite::Session& session() { return session_; }
 
  private:

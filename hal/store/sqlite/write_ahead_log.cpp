@@ -1,4 +1,4 @@
-// The room of the log, when commits are synchronised with the disk, and what is done where that fails.
+// Capacity and restart of the write-ahead log, and synchronisation of commits with the disk.
 #include <sqlite3.h>
 #include <sys/statvfs.h>
 

@@ -1,5 +1,5 @@
-// The ground's other end of file delivery: sends files to the package by CFDP class 2, written from the standard and
-// independent of what flies.
+// Sends files from the ground to the package by CFDP class 2. Written from the standard, independently of the flight
+// software.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@ namespace ilp::ground_cfdp {
 struct CfdpSenderSettings {
   std::uint64_t entity = 2, destination = 1;
   std::uint8_t id_length = 2, sequence_length = 2;  ///< octets
-  std::uint8_t checksum_type = 3;                   ///< 0 or 3
+  std::uint8_t checksum_type = 3;                   ///< 0 (modular) or 3 (CRC-32)
   bool crc = false;
   std::size_t segment_bytes = 500;
   double timer_s = 5;
@@ -43,15 +43,15 @@ class CfdpSender {
 
   CfdpSender(CfdpSenderSettings settings, Send send) : settings_(settings), send_(std::move(send)) {}
 
-  /// Sends the whole file once, at once, and returns the number of the transaction.
+  /// Sends all PDUs of the file once, and returns the sequence number of the transaction.
   std::uint64_t put(const std::string& name, const Bytes& file, double now) {
     return put(name, file, now, sequence_ + 1);
   }
-  /// The same with a number that the caller chooses; it must not have been used.
+  /// The same with a sequence number of the caller, which must not have been used.
   std::uint64_t put(const std::string& name, const Bytes& file, double now, std::uint64_t sequence);
   void receive(std::span<const std::uint8_t> bytes, double now);
   void tick(double now);
-  /// The state of a transaction that was put.
+  /// The state of a transaction that put() has begun.
   [[nodiscard]] const Transfer& transfer(std::uint64_t sequence) const { return transfers_.at(sequence); }
 
  private:

@@ -1,4 +1,4 @@
-// The flight's map against another terrain model: aligned, subtracted, measured.
+// Compares the flight's map with another terrain model: aligns them, subtracts the heights, and computes statistics.
 #pragma once
 
 #include <filesystem>
@@ -15,8 +15,8 @@ namespace ilp::compare {
 struct ComparisonOptions {
   std::filesystem::path map;    ///< a raster of heights, or a folder with the results of ilp-ground or of sim/fly
   std::filesystem::path other;  ///< the other terrain model
-  std::filesystem::path out;    ///< empty: the folder `comparison` beside the map
-  int strip = 0;                ///< of a folder; 0: the first
+  std::filesystem::path out;    ///< folder for the results; empty: the folder `comparison` beside the map
+  int strip = 0;                ///< id of the strip if `map` is a folder; 0: the first
   FrameOptions frame;
   AlignmentParams alignment;
 };
@@ -29,20 +29,21 @@ struct Comparison {
   DifferenceStatistics difference;
   DifferenceOverview overview;
   double max_slope_rad = 0;
-  double cell = 0;        ///< of the difference, metres
-  double other_cell = 0;  ///< of the other model as it was compared, metres
-  bool has_sigma = false;
+  double cell = 0;         ///< cell size of the difference, metres
+  double other_cell = 0;   ///< cell size of the other model as it was compared, metres
+  bool has_sigma = false;  ///< the map has estimated errors
   std::vector<std::string> remarks;
 };
 
-/// The raster that `path` names, or that lies in the folder.
+/// The raster file `path`, or the raster of the strip in the folder `path`.
 [[nodiscard]] std::filesystem::path find_map(const std::filesystem::path& path, int strip);
 
-/// Writes difference.tif, difference.png, comparison.html and comparison.json into the folder for results. Throws
-/// std::runtime_error with a message for the user: what cannot be read or placed, and models without common ground.
+/// Compares the models, and writes difference.tif, difference.png, comparison.html and comparison.json into the folder
+/// for results. Throws std::runtime_error with a message for the user if a model cannot be read or placed, or the
+/// models have no common ground.
 [[nodiscard]] Comparison compare_heights(const ComparisonOptions& options);
 
-/// For the terminal.
+/// Lines for the terminal.
 [[nodiscard]] std::vector<std::string> summary_of(const Comparison& comparison);
 
 }  // namespace ilp::compare

@@ -1,4 +1,4 @@
-// What a comparison leaves for people and programs beside the raster.
+// Writes the files of a comparison except the raster: page, picture and JSON.
 #pragma once
 
 #include <filesystem>
@@ -7,7 +7,8 @@
 
 namespace ilp::compare {
 
-/// comparison.json, comparison.html, difference.png. Throws std::runtime_error when the folder cannot be written.
+/// Writes comparison.json, comparison.html and difference.png. Throws std::runtime_error if the folder cannot be
+/// written.
 void write_comparison_files(const Comparison& comparison);
 
 }  // namespace ilp::compare

@@ -1,4 +1,4 @@
-// How the coordinates of the flight's map and those of the other terrain model belong together.
+// Relates the coordinates of the flight's map to those of the other terrain model.
 #pragma once
 
 #include <filesystem>
@@ -12,33 +12,34 @@
 
 namespace ilp::compare {
 
-/// How the map's axes reach those of the other model.
+/// How the coordinates are related if not by the files' coordinate systems.
 struct FrameOptions {
   /// Poses of the same images in the coordinates of the other model (host/reference_cameras.hpp), for a map in the axes
   /// of its strip; may be empty.
   std::filesystem::path poses;
-  bool same_axes = false;  ///< the coordinates are the same, whatever the files state
+  bool same_axes = false;  ///< both have the same coordinates, regardless of what the files state
 };
 
-/// The way of a point of the map to the other model. Points are compared in the *common frame*: the map's coordinate
+/// Transforms points of the map to the other model. Points are compared in the *common frame*: the map's coordinate
 /// system or, with poses, the axes of the other model.
 class ModelFrames {
  public:
-  /// std::runtime_error says why there is no way: no coordinate system, two bodies, a map without a place.
+  /// Throws std::runtime_error that says why there is no transformation: no coordinate system, two bodies, or a map
+  /// without a position.
   ModelFrames(const HeightModel& map, const HeightModel& other, const FrameOptions& options);
   ~ModelFrames();
   ModelFrames(const ModelFrames&) = delete;
   ModelFrames& operator=(const ModelFrames&) = delete;
 
-  /// From the map's coordinates into the common frame.
+  /// Transformation from the map's coordinates to the common frame.
   [[nodiscard]] const host::Similarity3& common_from_map() const { return common_from_map_; }
-  /// Of the common frame, as WKT; empty where nobody states it.
+  /// Coordinate system of the common frame as WKT; empty: unknown.
   [[nodiscard]] const std::string& system() const { return system_; }
-  /// What the reader should know, such as the figure to which heights refer.
+  /// Remarks for the user, such as the ellipsoid to which heights refer.
   [[nodiscard]] const std::vector<std::string>& remarks() const { return remarks_; }
 
-  /// x, y of the common frame become column and row of the other model (the centre of its first pixel is (0, 0)); NaN
-  /// where there is no way.
+  /// Replaces x and y in the common frame by column and row of the other model, with the centre of the first pixel at
+  /// (0, 0); NaN if a point cannot be transformed.
   void to_pixels(std::vector<double>& x, std::vector<double>& y) const;
 
  private:
@@ -48,10 +49,10 @@ class ModelFrames {
   host::Similarity3 common_from_map_;
   std::string system_;
   std::vector<std::string> remarks_;
-  void* transformation_ = nullptr;  ///< of OGR; null where the systems are the same
+  void* transformation_ = nullptr;  ///< OGRCoordinateTransformation; null if the systems are the same
   GeoTransform pixel_from_other_{};
   double middle_px_ = 0;  ///< column in the middle of the other model
-  double turn_px_ = 0;    ///< columns of 360 degrees in a model in degrees, else 0
+  double turn_px_ = 0;    ///< number of columns in 360 degrees if the other model is in degrees; else 0
 };
 
 }  // namespace ilp::compare

@@ -1,4 +1,4 @@
-// A small ground station for scripts and tests: it sends telecommands and receives reports and files.
+// A small ground station: sends telecommands and files, and receives reports and files.
 #pragma once
 
 #include <chrono>
@@ -21,7 +21,7 @@
 
 namespace ilp::console {
 
-/// Seconds of a clock that never goes back.
+/// Time of a monotonic clock, seconds.
 [[nodiscard]] inline double now_s() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
@@ -29,20 +29,20 @@ namespace ilp::console {
 struct ConsoleSettings {
   Transport transport = Transport::udp;
   SocketAddress board;
-  std::optional<SocketAddress> cfdp;  ///< address for bare PDUs; without one they go in space packets
-  SocketAddress cfdp_local;           ///< address at which bare PDUs arrive
+  std::optional<SocketAddress> cfdp;  ///< the flight's address for bare PDUs; none: PDUs are in space packets
+  SocketAddress cfdp_local;           ///< this station's address for bare PDUs
   std::uint16_t apid = 239;
   std::uint16_t source = 1;
   Tailoring tailoring = tailoring_of(GroundSystem::standard, false, 0);
   std::uint16_t spi = 0;  ///< 0: telecommands are not authenticated
   std::vector<std::uint8_t> key;
   bool seal_files =
-      false;  ///< PDUs are authenticated too, for a flight with `link.authentication` 2; bare PDUs cannot be
-  std::uint32_t sequence = 0;               ///< last sequence number used, for a station without `numbers`
-  std::shared_ptr<StationNumbers> numbers;  ///< sequence numbers and transaction numbers; may be null
-  bool take_files = true;                   ///< false: this station answers no PDU, so that another one may
-  ground_cfdp::CfdpReceiver::Keep keep;     ///< called before a file is confirmed; without it every file is kept
-  bool remember_files = true;               ///< keeps files in memory too after `keep` has taken them
+      false;  ///< authenticate PDUs too, for a flight with `link.authentication` 2; not possible for bare PDUs
+  std::uint32_t sequence = 0;               ///< last used sequence number, for a station without `numbers`
+  std::shared_ptr<StationNumbers> numbers;  ///< source of sequence and transaction numbers; may be null
+  bool take_files = true;                   ///< false: answer no PDU, because another station receives the files
+  ground_cfdp::CfdpReceiver::Keep keep;     ///< stores a file before it is confirmed; empty: all files are accepted
+  bool remember_files = true;               ///< keep files in memory too (Console::files)
 };
 
 /// A report of the package.
@@ -51,8 +51,8 @@ struct Report {
   std::vector<std::uint8_t> data;
 };
 
-/// Cuts received bytes into packets: `report` gets the reports of the package, `pdu` the contents of its file packets.
-/// Returns the number of other packets.
+/// Splits received bytes into packets. Calls `report` for each report of the package, and `pdu` for the content of each
+/// file packet. Returns the number of malformed or other packets.
 std::size_t take_packets(std::span<const std::uint8_t> octets, std::uint16_t apid, const Tailoring& tailoring,
                          const std::function<void(Report)>& report,
                          const std::function<void(std::span<const std::uint8_t>)>& pdu);
@@ -63,33 +63,34 @@ class Console {
 
   explicit Console(ConsoleSettings settings);
 
-  /// Builds a telecommand with the next sequence count without sending it, for the schedule.
+  /// Builds a telecommand with the next sequence count without sending it, to be put into the schedule.
   Bytes build(std::uint8_t service, std::uint8_t subtype, const Bytes& data);
-  /// Builds and sends a telecommand. Returns the first four octets of its header, by which reports name it.
+  /// Builds and sends a telecommand. Returns its request id: the first four octets of its header.
   std::uint32_t command(std::uint8_t service, std::uint8_t subtype, const Bytes& data);
   /// Sends octets unchanged.
   void send(const Bytes& octets) { socket_.send(octets); }
-  /// Sends a file to the package and returns the number of its transaction. Throws std::runtime_error when it cannot.
+  /// Sends a file to the package, and returns its transaction number. Throws std::runtime_error if that is impossible.
   std::uint64_t put_file(const std::string& name, const Bytes& file);
   [[nodiscard]] const ground_cfdp::CfdpSender::Transfer& transfer(std::uint64_t sequence) const {
     return sender_->transfer(sequence);
   }
-  /// Sets whether PDUs are authenticated from now on. Throws std::runtime_error if they cannot be.
+  /// Sets whether PDUs are authenticated from now on. Throws std::runtime_error if they cannot be authenticated.
   void seal_files(bool wanted);
+  /// The request id of a telecommand's packet.
   [[nodiscard]] static std::uint32_t request_of(const Bytes& packet);
 
-  /// Receives reports and files until `done` returns true, for at most this many seconds; returns whether it did.
+  /// Receives reports and files until `done` returns true, at most for `seconds`. Returns whether `done` returned true.
   bool listen(double seconds, const std::function<bool()>& done = {});
 
   [[nodiscard]] const std::vector<Report>& reports() const { return reports_; }
-  /// Returns what reports() does and removes it, so that memory does not grow in a station that runs for long.
+  /// Returns and removes all reports, so that memory does not grow in a station that runs for long.
   [[nodiscard]] std::vector<Report> take_reports() { return std::exchange(reports_, {}); }
-  /// Subtypes of service 1 about a telecommand, in the order in which they came.
+  /// Subtypes of the reports of service 1 about a telecommand, in the order of their arrival.
   [[nodiscard]] std::vector<int> verification_of(std::uint32_t request) const;
   [[nodiscard]] bool completed(std::uint32_t request) const;
   [[nodiscard]] std::size_t count(std::uint8_t service, std::uint8_t subtype) const;
   [[nodiscard]] const std::map<std::string, Bytes>& files() const { return files_; }
-  /// The connection has ended (TCP).
+  /// Whether the flight has closed the connection (TCP).
   [[nodiscard]] bool closed() const { return socket_.closed(); }
   [[nodiscard]] bool refused() const { return socket_.refused(); }
   [[nodiscard]] std::size_t malformed() const { return malformed_; }

@@ -1,4 +1,4 @@
-// The input line of a terminal: typing, earlier lines with the arrow keys, completion with the tabulator.
+// Edits the input line of a terminal, with history (arrow keys) and completion (tabulator).
 #pragma once
 
 #include <functional>
@@ -11,19 +11,19 @@ namespace ilp::console {
 
 class LineEditor {
  public:
-  /// Whole lines that begin as the given one.
+  /// Returns the possible completions of a line, as whole lines.
   using Complete = std::function<std::vector<std::string>(const std::string&)>;
   explicit LineEditor(Complete complete = {}) : complete_(std::move(complete)) {}
 
-  /// Octets as the terminal sends them, in any portions.
+  /// Adds octets from the terminal; sequences may be split.
   void take(const std::string& keys) { keys_ += keys; }
-  /// Works through the octets up to the next finished line.
+  /// Processes the octets up to the next finished line; none if no line is finished.
   std::optional<std::string> next_line();
 
   [[nodiscard]] const std::string& typed() const { return typed_; }
-  /// Control-D on an empty line.
+  /// Whether Control-D was typed on an empty line.
   [[nodiscard]] bool ended() const { return ended_; }
-  /// Possible completions since the last call, if there were several.
+  /// The possible completions since the last call; empty if none was ambiguous.
   [[nodiscard]] std::vector<std::string> take_choices() { return std::exchange(choices_, {}); }
 
  private:
@@ -34,7 +34,7 @@ class LineEditor {
   Complete complete_;
   std::string keys_, typed_, begun_;
   std::vector<std::string> history_;
-  std::size_t place_ = 0;  ///< in the history; its end: the line that was begun
+  std::size_t place_ = 0;  ///< index in the history; its size: the line that is being typed
   std::vector<std::string> choices_;
   bool ended_ = false;
 };

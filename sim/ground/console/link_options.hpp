@@ -1,4 +1,4 @@
-// The options by which a ground station finds its flight.
+// The command-line options for a ground station's link to its flight.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -10,18 +10,19 @@
 namespace ilp::console {
 
 struct LinkOptions {
-  std::string address;  ///< at which the flight listens
+  std::string address;  ///< ADDRESS:PORT at which the flight listens
   std::string cfdp, cfdp_local, key, numbers, seal_files = "as-told", tailoring = "standard";
   bool tcp = false;
   std::uint16_t apid = 239, source = 1, spi = 0;
 };
 
-/// --tcp, --key, --spi, --numbers, --apid, --source and --tailoring.
+/// Adds --tcp, --key, --spi, --numbers, --apid, --source and --tailoring.
 void add_link_options(CLI::App& app, LinkOptions& options);
-/// --cfdp, --cfdp-local and --seal-files, for a station that receives or sends files.
+/// Adds --cfdp, --cfdp-local and --seal-files, for a station that receives or sends files.
 void add_file_link_options(CLI::App& app, LinkOptions& options);
 
-/// Reads the key file. Throws std::runtime_error that names the option's mistake. The station takes no files.
+/// Converts the options to settings, and reads the key file. The settings have no folder for files, so that the station
+/// receives none. Throws std::runtime_error that says which option is wrong.
 [[nodiscard]] OperatorSettings operator_settings(const LinkOptions& options);
 
 }  // namespace ilp::console

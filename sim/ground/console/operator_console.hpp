@@ -1,5 +1,4 @@
-// The operator's side of the link: sends commands that are typed as lines, and shows their reports, events,
-// housekeeping and files.
+// The operator's console: sends commands from typed lines, and shows reports, events, housekeeping and received files.
 #pragma once
 
 #include <filesystem>
@@ -18,44 +17,44 @@ namespace ilp::console {
 
 /// Whether PDUs are authenticated.
 enum class SealFiles : std::uint8_t {
-  as_reported,  ///< as the flight's parameter `link.authentication` says; until it is known they are not
+  as_reported,  ///< as the flight's parameter `link.authentication` says; no until the parameter is known
   no,
   yes
 };
 
 struct OperatorSettings {
   ConsoleSettings link;
-  std::filesystem::path out;       ///< for files that come; empty: this station takes none
-  TimeNs interval = 2 * ns_per_s;  ///< of housekeeping
+  std::filesystem::path out;       ///< folder for received files; empty: the station receives none
+  TimeNs interval = 2 * ns_per_s;  ///< interval of housekeeping reports
   SealFiles seal_files = SealFiles::as_reported;
 };
 
 class OperatorConsole {
  public:
-  /// A line for the operator.
+  /// Shows a line to the operator.
   using Say = std::function<void(const std::string&)>;
 
-  /// Asks for housekeeping and parameters, and again until they come. Throws std::runtime_error when there is no
-  /// connection (TCP) or the folder cannot be written.
+  /// Connects, and requests housekeeping and parameters; step() repeats the requests until they are answered. Throws
+  /// std::runtime_error if there is no connection (TCP), or the folder cannot be written.
   OperatorConsole(OperatorSettings settings, Say say);
 
-  /// Executes a line of the operator.
+  /// Executes a line of the operator, and reports errors to the operator.
   void enter(const std::string& line);
-  /// The two halves of `enter`. Both throw std::runtime_error that says what is wrong.
+  /// The two parts of `enter`. Both throw std::runtime_error that says what is wrong.
   [[nodiscard]] OperatorCommand parse(const std::string& line) const;
   void execute(const OperatorCommand& command);
-  /// Listens for this long and shows what it receives.
+  /// Receives for `seconds`, and shows what comes.
   void step(double seconds);
 
   [[nodiscard]] const FlightView& view() const { return view_; }
-  /// Telecommands and files of the operator that wait for their last report, as they were typed.
+  /// Lines of the operator whose telecommands or files still wait for their last report.
   [[nodiscard]] std::vector<std::string> waiting() const;
-  /// Lines that were refused, here or on board.
+  /// Number of lines that the console or the flight has refused.
   [[nodiscard]] std::size_t failures() const { return failures_ + uplinks_.failures(); }
   [[nodiscard]] bool wants_to_quit() const { return quit_; }
-  [[nodiscard]] double pause_s() const { return pause_s_; }  ///< asked for by the last line
+  [[nodiscard]] double pause_s() const { return pause_s_; }  ///< pause requested by the last line
   [[nodiscard]] bool closed() const { return console_.closed(); }
-  /// Why nothing may have come, and what to do.
+  /// Text on possible reasons why no report has come, and on what to do.
   [[nodiscard]] std::string silence_words() const;
 
  private:
@@ -63,8 +62,8 @@ class OperatorConsole {
     std::string words;
     OperatorCommand command;
     double sent_s = 0;
-    bool own = false;       ///< sent by the console itself: reported only if it fails
-    bool received = false;  ///< a report about it has come, or its absence was reported
+    bool own = false;       ///< sent by the console itself; shown only if it fails
+    bool received = false;  ///< a report about it has come, or the operator was told that none has come
   };
 
   void send(const OperatorCommand& command, bool own);
@@ -96,7 +95,7 @@ class OperatorConsole {
   bool silence_reported_ = false;
   UtcNs received_utc_ = 0;
   std::vector<bool> parameters_reported_;
-  std::vector<std::vector<std::size_t>> parameters_wanted_;  ///< by the operator, numbers from 0 of each request
+  std::vector<std::vector<std::size_t>> parameters_wanted_;  ///< for each request of the operator, parameter indices
   std::optional<double> parameters_crc_;
   std::size_t failures_ = 0;
   double pause_s_ = 0;

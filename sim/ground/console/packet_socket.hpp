@@ -1,4 +1,4 @@
-// The ground's end of a packet link over UDP or TCP.
+// Sends and receives packets on the ground over UDP or TCP.
 #pragma once
 
 #include <cstdint>
@@ -15,20 +15,21 @@ class PacketSocket {
  public:
   using Bytes = std::vector<std::uint8_t>;
 
-  /// Connects; from the address `local`, or the system chooses. std::runtime_error if no program listens there (TCP).
+  /// Connects to `board`. `local`: own address; by default the system chooses it. Throws std::runtime_error if no
+  /// program listens at `board` (TCP).
   PacketSocket(Transport transport, const SocketAddress& board, const SocketAddress& local = {});
   ~PacketSocket();
   PacketSocket(const PacketSocket&) = delete;
   PacketSocket& operator=(const PacketSocket&) = delete;
 
-  /// One or more whole packets. std::runtime_error when the connection is gone.
+  /// Sends one or more whole packets. Throws std::runtime_error if the connection has ended.
   void send(std::span<const std::uint8_t> bytes);
-  /// Everything that has come within `wait_ms`, or at once when something is there: datagrams as they are, a stream cut
-  /// into space packets. Empty for nothing.
+  /// Returns everything that has come, and waits for it at most `wait_ms`: datagrams unchanged, a stream split into
+  /// space packets. Empty if nothing has come.
   std::vector<Bytes> receive(int wait_ms);
-  /// The other side has ended a stream.
+  /// Whether the other side has ended the stream.
   [[nodiscard]] bool closed() const { return closed_; }
-  /// The other machine has answered that no program listens at the address.
+  /// Whether the other machine has answered that no program listens at the address.
   [[nodiscard]] bool refused() const { return refused_; }
 
  private:

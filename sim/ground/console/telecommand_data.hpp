@@ -1,4 +1,4 @@
-// Application data of telecommands as octets.
+// Serialises application data of telecommands.
 #pragma once
 
 #include <algorithm>
@@ -23,7 +23,7 @@ template <typename Fill>
   return bytes;
 }
 
-/// Data of TC[8,1]; a name is cut to its 8 characters.
+/// Data of TC[8,1]. The name is truncated to 8 characters.
 [[nodiscard]] inline std::vector<std::uint8_t> function(std::string_view name,
                                                         const std::vector<std::uint8_t>& arguments = {}) {
   FunctionCall call;

@@ -1,4 +1,4 @@
-// A terminal with a panel at the top, lines that scroll, and an input line at the bottom, drawn with ANSI sequences.
+// Draws a terminal with ANSI sequences: a panel at the top, lines that scroll, and an input line at the bottom.
 #pragma once
 
 #include <termios.h>
@@ -11,7 +11,7 @@
 
 namespace ilp::console {
 
-/// Reads keys one by one. The destructor restores the terminal.
+/// Switches the terminal to unbuffered input; the destructor restores it.
 class Terminal {
  public:
   explicit Terminal(LineEditor::Complete complete);
@@ -19,9 +19,11 @@ class Terminal {
   Terminal(const Terminal&) = delete;
   Terminal& operator=(const Terminal&) = delete;
 
-  /// The next whole line that was typed; none if there is none yet. `ended` becomes true at the end of the input.
+  /// The next line that was typed; none: no line is finished. Sets `ended` at the end of the input.
   std::optional<std::string> read_line(bool& ended);
+  /// Adds a line to those that scroll.
   void say(const std::string& line);
+  /// Draws everything, with `panel` at the top.
   void draw(const std::vector<std::string>& panel);
 
  private:
@@ -31,7 +33,7 @@ class Terminal {
   std::string drawn_;
 };
 
-/// The text cut to `columns` columns; characters that are not printable ASCII become `?`.
+/// Truncates a text to `columns` characters, and replaces those that are not printable ASCII by `?`.
 [[nodiscard]] std::string fit(const std::string& text, std::size_t columns);
 
 }  // namespace ilp::console

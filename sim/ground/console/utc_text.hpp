@@ -1,4 +1,4 @@
-// Instants of UTC as operators write and read them.
+// Converts UTC times to and from the operator's text.
 #pragma once
 
 #include <optional>
@@ -8,15 +8,15 @@
 
 namespace ilp::console {
 
-/// 2026-11-22T08:40:12.345Z
+/// Text such as 2026-11-22T08:40:12.345Z.
 [[nodiscard]] std::string utc_text(UtcNs utc);
-/// 08:40:12
+/// Text such as 08:40:12.
 [[nodiscard]] std::string clock_text(UtcNs utc);
-/// 1:02:03 or 02:03 of a duration, its seconds rounded.
+/// Duration as text, such as 1:02:03 or 02:03, rounded to seconds.
 [[nodiscard]] std::string duration_clock(TimeNs duration);
 
-/// `+S` seconds after `now`, or an instant as utc_text writes it, with or without fraction and Z; none for anything
-/// else.
+/// Parses `+S`, which is S seconds after `now`, or a time in the format of utc_text, with or without fraction and Z.
+/// None for any other text.
 [[nodiscard]] std::optional<UtcNs> parse_instant(const std::string& text, UtcNs now);
 
 }  // namespace ilp::console

@@ -40,7 +40,7 @@ void to_degrees(const std::string& from, const std::string& to, ControlFile& fil
   const OGRSpatialReference metres = system_named(from), degrees = system_named(to);
   constexpr double most_apart_m = 1000;
   if (std::fabs(metres.GetSemiMajor() - degrees.GetSemiMajor()) > most_apart_m)
-    throw std::runtime_error("control points: " + from + " is a coordinate system of another body than --control-body");
+    throw std::runtime_error("control points: " + from + " belongs to another body than --control-body");
   const Way way(OGRCreateCoordinateTransformation(&metres, &degrees));
   if (!way)
     throw host::gdal_error("control points: coordinates in " + from +

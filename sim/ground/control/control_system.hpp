@@ -1,4 +1,4 @@
-// Control points from the coordinates, heights and pixels in which they were surveyed and marked.
+// Converts control points from the coordinates, heights and pixels of their file to those of the flight.
 #pragma once
 
 #include <cstdint>
@@ -9,32 +9,32 @@
 
 namespace ilp::control {
 
-/// How the file's numbers are meant.
+/// The coordinate systems of a file's numbers.
 struct ControlSystem {
-  std::string body_crs;  ///< longitude and latitude on the body of the map, for GDAL
-  std::string crs;       ///< of x and y, such as EPSG:32633; empty: what the file states
-  /// Height of the geoid above the body's figure: metres, or a raster in degrees that GDAL reads
-  /// (host/height_units.hpp).
+  std::string body_crs;  ///< system of longitude and latitude on the map's body, for GDAL
+  std::string crs;       ///< system of x and y, such as EPSG:32633; empty: what the file states
+  /// Height of the geoid above the body's ellipsoid: metres, or a raster in degrees that GDAL reads
+  /// (host/height_units.hpp). Empty: heights are above the ellipsoid.
   std::string geoid;
 };
 
-/// Whether x and y have a coordinate system of the Earth: the body need not be named then.
+/// Whether x and y have a coordinate system of the Earth. Then the body need not be given.
 [[nodiscard]] bool is_on_earth(const ControlFile& file, const ControlSystem& system);
 
-/// x and y with a coordinate system become longitude and latitude, and heights above the geoid heights above the
-/// figure. Without either the file stays as it is. std::runtime_error for a system or a geoid that is not known, for
-/// another body, and for points where the geoid's raster knows nothing.
+/// Converts x and y to longitude and latitude if they have a coordinate system, and heights above the geoid to heights
+/// above the ellipsoid if a geoid is given. Throws std::runtime_error for an unknown system or geoid, for another body,
+/// and for points without a value in the geoid's raster.
 void resolve(const ControlSystem& system, ControlFile& file);
 
-/// Marks in photographs of which `binning` x `binning` pixels became one of the flight, which has `width` x `height`:
-/// all of them become pixels of the flight where the file says so, `original` does, or a mark in an image of the flight
-/// lies outside of it. `is_of_flight` says which images are. std::runtime_error names a mark that lies outside all the
-/// same.
+/// Size of the flight's images.
 struct FlownImages {
-  std::int32_t width = 0, height = 0;
-  int binning = 1;
-  std::function<bool(const std::string& image)> is_of_flight;
+  std::int32_t width = 0, height = 0;                          ///< px
+  int binning = 1;                                             ///< side of the block of photograph pixels per pixel
+  std::function<bool(const std::string& image)> is_of_flight;  ///< whether the flight has this image
 };
+/// Converts all marks from pixels of the original photographs to those of the flight's images, if the marks are in the
+/// former: the file says so, `original` is true, or some mark in an image of the flight lies outside of it. Throws
+/// std::runtime_error that names a mark outside its image after that.
 void fit_marks(const FlownImages& images, bool original, ControlFile& file);
 
 }  // namespace ilp::control

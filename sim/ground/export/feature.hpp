@@ -1,4 +1,4 @@
-// Cells and shapes as features of GDAL's vector drivers (OGR).
+// Converts table cells and shapes to features of GDAL's vector drivers (OGR).
 #pragma once
 
 #include <ogr_geometry.h>
@@ -15,11 +15,11 @@ namespace ilp::exports {
 using Geometry = std::unique_ptr<OGRGeometry>;
 
 [[nodiscard]] OGRFieldType type_of(ColumnType type);
-/// Sets the feature's fields from `first` on; unknown values, also reals that are not finite, become null.
+/// Sets the feature's fields from index `first` on. Empty cells, and reals that are not finite, become null.
 void set_fields(OGRFeature& feature, const std::vector<Cell>& cells, int first = 0);
 
-/// Points of the strip's world as the coordinates of a file: longitude, latitude and height on a body, else the strip's
-/// own axes.
+/// Converts points of the strip's world to the coordinates of a file: longitude, latitude and height on a body, else
+/// the strip's own axes.
 class Placement {
  public:
   explicit Placement(const Georeference& place);
@@ -30,7 +30,7 @@ class Placement {
   std::optional<GeographicFromMap> geographic_;
 };
 
-/// Outer rings are counter-clockwise.
+/// The geometry of a shape in the file's coordinates. Outer rings of polygons are counter-clockwise.
 [[nodiscard]] Geometry geometry_of(const Shape& shape, const Placement& placed);
 
 }  // namespace ilp::exports

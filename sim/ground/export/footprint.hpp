@@ -1,4 +1,4 @@
-// The ground that an image shows.
+// Computes the outline of the ground that an image shows.
 #pragma once
 
 #include <functional>
@@ -10,9 +10,9 @@
 
 namespace ilp::exports {
 
-/// Where the border of the image meets the surface, clockwise from the top left corner; empty when a part of it does
-/// not, or only farther off than twenty flying heights. `relief` is the surface's height above its mean plane at x, y
-/// of the strip's world, 0 where it is not known.
+/// Intersections of the image border's lines of sight with the surface, in the strip's world, clockwise in the image
+/// from its top left corner. Empty if a line of sight does not meet the surface within twenty flying heights. `plane`:
+/// mean plane of the surface. `relief`: height of the surface above the plane at x, y; 0 where it is unknown.
 [[nodiscard]] std::vector<Vec3> footprint(const CameraModel& camera, const Pose& pose, const map::Plane& plane,
                                           const std::function<double(double x, double y)>& relief);
 

@@ -1,5 +1,5 @@
-// The surface of a strip as a glTF 2.0 binary file with its orthoimage as texture, which browsers, Blender and game
-// engines open. Written by tinygltf.
+// Writes the surface of a strip as a glTF 2.0 binary file with the orthoimage as texture, by tinygltf. Browsers,
+// Blender and game engines open it.
 #pragma once
 
 #include <cstdint>
@@ -10,10 +10,10 @@
 
 namespace ilp::exports {
 
-/// One mesh with normals, texture coordinates and indices, y up: glTF's x is east, its -z is north, as `place` has
-/// them, about the map's centre at height 0 (without an anchor the strip's own axes). In metres where `place` is;
-/// `extras` of the asset say the unit. `texture` covers all of `map` (read_ortho). Throws std::runtime_error when the
-/// mesh has no face or the file would pass 4 GiB.
+/// Writes one mesh with normals, texture coordinates and indices. glTF's axes are x east, y up and -z north in the map
+/// coordinates of `place` (without an anchor the strip's own axes); the origin is the map's centre at height 0. The
+/// unit is that of `place`, and `extras` of the asset names it. `texture` covers all of `map` (read_ortho). Throws
+/// std::runtime_error if the mesh has no face, or the file would exceed 4 GiB.
 void write_gltf(const map::SurfaceMesh& mesh, const map::MapGeometry& map, const host::Raster<std::uint8_t>& texture,
                 const Georeference& place, std::ostream& out);
 

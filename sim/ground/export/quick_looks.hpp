@@ -1,4 +1,4 @@
-// Decodes every keyframe once, writes its pictures and keeps its quick-look.
+// Decodes every keyframe once, writes its pictures, and keeps its quick-look in the catalogue.
 #pragma once
 
 #include <filesystem>
@@ -10,28 +10,28 @@
 
 namespace ilp::exports {
 
-/// Writes the files of export_keyframe into `folder` for what has changed since the last run, or is not there. Products
-/// that do not decode have their fault in the quick-look. Pictures stay in the catalogue (known_quick_look). All cores
-/// are used.
+/// Returns the quick-looks of all keyframes, without pictures; key: keyframe id. Decodes keyframes that have changed
+/// since the last run or whose files are missing, and writes the files of export_keyframe into `folder`. A product that
+/// cannot be decoded has its fault in the quick-look. The pictures are in the catalogue (known_quick_look). Uses all
+/// cores.
 [[nodiscard]] std::map<std::int64_t, map::KeyframeQuickLook> make_quick_looks(const intake::Flight& flight,
                                                                               const std::filesystem::path& folder,
                                                                               intake::Catalogue& catalogue,
                                                                               std::ostream& messages);
 
-/// What make_quick_looks gave as `quick_look`, with its pictures. Throws std::runtime_error when the catalogue does not
-/// hold it.
+/// A quick-look of make_quick_looks with its pictures, from the catalogue. Throws DamagedCatalogue if it is not there.
 [[nodiscard]] map::KeyframeQuickLook known_quick_look(const intake::Flight& flight, std::int64_t id,
                                                       const map::KeyframeQuickLook& quick_look,
                                                       intake::Catalogue& catalogue);
 
-// The parts of the round, for processes that do it together.
+// Parts of make_quick_looks, for several processes that share its work.
 
-/// What the catalogue keeps a quick-look under: digest of all that it depends on, with the width of its pictures.
+/// Key of a quick-look in the catalogue: digest of everything that it depends on, and of the width of its pictures.
 [[nodiscard]] std::uint64_t quick_look_digest(const intake::Keyframe& keyframe, std::int32_t width_px);
-/// Decodes the keyframe and writes its files of export_keyframe. Throws std::runtime_error when they cannot be written.
+/// Decodes a keyframe and writes its files of export_keyframe. Throws std::runtime_error if they cannot be written.
 [[nodiscard]] map::KeyframeQuickLook quick_look_and_export(const intake::Keyframe& keyframe, std::int32_t width_px,
                                                            const std::filesystem::path& folder);
-/// The keyframes that a round would decode, by id.
+/// Ids of the keyframes that make_quick_looks would decode, ascending.
 [[nodiscard]] std::vector<std::int64_t> keyframes_without_quick_look(const intake::Flight& flight,
                                                                      const std::filesystem::path& folder,
                                                                      intake::Catalogue& catalogue);

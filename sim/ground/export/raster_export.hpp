@@ -1,4 +1,4 @@
-// The map of a strip as Cloud-Optimised GeoTIFF files.
+// Writes the map of a strip as Cloud-Optimised GeoTIFF files.
 #pragma once
 
 #include <filesystem>
@@ -11,22 +11,23 @@
 
 namespace ilp::exports {
 
-/// height, sigma, sigma-matching, count, ortho and laid SUFFIX .tif, all in the map's grid, with nodata, overviews,
-/// statistics, and unit and description of the band:
-/// - height, f32: of `place`; NaN where nothing was seen
-/// - sigma, f32: one sigma of the height, from matching; NaN where it is unknown; no file if it is known nowhere
-/// - count, u16: keyframes whose surface covers the cell, 0 on a seam that was closed; 65535 where nothing was seen
-/// - ortho, u8: grey value seen from above, from 1; 0 where no height was measured
-/// - laid, u8: grey value of ground without a height, laid on interpolated heights, from 1; 0 elsewhere; no file if
-///   there is none
-/// Memory does not grow with the map. Files appear when they are complete, and the same map gives the same bytes.
-/// Blocks are taken from `kept`, and put there, by the digests of the tiles under them: where these have not changed,
-/// no tile is read and nothing is compressed. The names of the files written; throws std::runtime_error.
+/// Writes height, sigma, sigma-matching, count, ortho and laid SUFFIX .tif, and returns the names of the files. All
+/// have the map's grid, a nodata value, overviews, statistics, and unit and description of the band:
+/// - height, f32: height in map coordinates of `place`; NaN: no height
+/// - sigma, f32: standard deviation of the height with all components (height_error.hpp); NaN: unknown
+/// - sigma-matching, f32: its component from matching; NaN: unknown. Neither file is written if all values are unknown
+/// - count, u16: number of keyframes whose surface covers the cell; 0: on a closed seam; 65535: no height
+/// - ortho, u8: grey value of the orthoimage, 1 to 255; 0: no height
+/// - laid, u8: grey value of ground without a height, on interpolated heights, 1 to 255; 0: no such ground. The file is
+///   not written if there is none at all
+/// Memory does not grow with the map. A file appears when it is complete. The same map gives the same bytes. `kept`
+/// caches blocks by the digests of their tiles, so that unchanged blocks are neither read nor compressed again; it may
+/// be null. Throws std::runtime_error.
 std::vector<std::string> write_rasters(const map::Mosaic& mosaic, const Georeference& place, const std::string& suffix,
                                        const std::filesystem::path& folder, intake::ResultCache* kept = nullptr);
 
-/// The orthoimage that write_rasters left, as a texture of at most `max_side` pixels a side; it covers the whole map.
-/// Throws std::runtime_error.
+/// Reads the orthoimage that write_rasters wrote, reduced to at most `max_side` columns and rows; it covers the whole
+/// map. Throws std::runtime_error.
 [[nodiscard]] host::Raster<std::uint8_t> read_ortho(const std::filesystem::path& file, std::int32_t max_side);
 
 }  // namespace ilp::exports

@@ -1,4 +1,4 @@
-// Everything of a strip that other tools open.
+// Exports strips and keyframes as files for other tools.
 #pragma once
 
 #include <filesystem>
@@ -16,45 +16,44 @@ namespace ilp::exports {
 /// A strip with its map, and the files that were written of it.
 struct ExportedStrip {
   intake::Strip strip;
-  std::string suffix;                   ///< of its files: empty for the first, "-strip-N" for the others
-  std::optional<map::GroundGrid> grid;  ///< of the map, whole or, where that is too large, an overview of it
-  map::Plane plane;
-  Georeference georeference;           ///< where the strip's world is
-  std::string place;                   ///< a sentence on where the strip's world is
-  std::vector<std::string> files;      ///< that other tools open
-  std::vector<std::string> map_files;  ///< those of `files` that follow from the map alone
-  std::size_t vertices = 0, faces = 0;
-  std::int32_t stride = 1;
+  std::string suffix;                   ///< suffix of file names: empty for the first strip, "-strip-N" for the others
+  std::optional<map::GroundGrid> grid;  ///< the map, or an overview if it is too large; none: no map
+  map::Plane plane;                     ///< mean plane of the grid
+  Georeference georeference;
+  std::string place;                    ///< a sentence that describes the georeference
+  std::vector<std::string> files;       ///< names of the exported files
+  std::vector<std::string> map_files;   ///< those of `files` that depend on the map alone
+  std::size_t vertices = 0, faces = 0;  ///< of the surface model
+  std::int32_t stride = 1;              ///< cells of the grid per vertex of the surface model (grid_surface.hpp)
 };
 
-// Of a strip with a map, `strip.strip`, `strip.suffix`, `strip.grid` and `strip.plane` are given; each function writes
-// its files into `folder` and adds their names to `strip.files`. They throw std::runtime_error.
+// The export_ functions of a strip write their files into `folder` and add the names to `strip.files`. The caller has
+// set `strip.strip` and `strip.suffix`, and `strip.grid` and `strip.plane` if there is a map. They throw
+// std::runtime_error.
 
-/// Where the strip was flown.
+/// Exports the track of the camera (track_export.hpp).
 void export_track(const intake::Flight& flight, const Georeference& place, const std::filesystem::path& folder,
                   ExportedStrip& strip);
-/// Rasters and surface, which follow from the map alone; `kept` as for write_rasters. Sets `strip.map_files`,
-/// `vertices`, `faces` and `stride`.
+/// Exports rasters and surface models, which depend on the map alone. Sets `strip.map_files`, `vertices`, `faces` and
+/// `stride`. `max_vertices`: of a surface model. `kept`: as in write_rasters.
 void export_map(const map::Mosaic& mosaic, const Georeference& place, std::size_t max_vertices,
                 const std::filesystem::path& folder, intake::ResultCache* kept, ExportedStrip& strip);
-/// The points of the structure, and what ground each image shows.
+/// Exports the points of the structure, and the footprints of the images.
 void export_points_and_footprints(const intake::Flight& flight, const Georeference& place,
                                   const std::filesystem::path& folder, ExportedStrip& strip);
 
 /// The ground that the keyframe's image shows, on the strip's map (footprint.hpp); empty without a map.
 [[nodiscard]] std::vector<Vec3> footprint_of(const intake::Keyframe& keyframe, const ExportedStrip& strip);
 
-// Decoded keyframes and merged strips as files that other tools open.
-
-/// KKKKKK-image.png, -mask.png, -depth.png (colours, dark is near) and -depth.pfm (z in strip units, +infinity where
-/// there is none), for what the keyframe has. Throws std::runtime_error.
+/// Writes KKKKKK-image.png, -mask.png, -depth.png (colour-coded, dark is near) and -depth.pfm (camera z in strip units;
+/// +infinity: no depth), as far as the keyframe has these rasters. Throws std::runtime_error.
 void export_keyframe(std::int64_t id, const intake::KeyframeRasters& rasters, const std::filesystem::path& folder);
-/// Whether these files are all there.
+/// Whether all files that export_keyframe would write are there.
 [[nodiscard]] bool keyframe_is_exported(const intake::Keyframe& keyframe, const std::filesystem::path& folder);
 
-/// height SUFFIX .pfm (strip units, +infinity where nothing was seen) and sigma SUFFIX .pfm (one sigma of the heights,
-/// whole), ortho SUFFIX .png, transparent where nothing was seen, with .pgw (ESRI world file), and count SUFFIX .png
-/// (keyframes per cell). Throws std::runtime_error.
+/// Writes height SUFFIX .pfm (strip units; +infinity: no height), sigma SUFFIX .pfm (standard deviation with all
+/// components), ortho SUFFIX .png (transparent where nothing was seen) with .pgw (ESRI world file), and count SUFFIX
+/// .png (keyframes per cell). Throws std::runtime_error.
 void export_grid(const map::GroundGrid& grid, const std::string& suffix, const std::filesystem::path& folder);
 
 }  // namespace ilp::exports

@@ -1,4 +1,4 @@
-// Tables and shapes as GDAL's vector drivers (OGR) write them: CSV and GeoJSON.
+// Writes tables as CSV and shapes as GeoJSON, by GDAL's vector drivers (OGR).
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 
 namespace ilp::exports {
 
-/// Empty, or of its column's type.
+/// A value of its column's type; empty: unknown.
 using Cell = std::variant<std::monostate, std::int64_t, double, std::string>;
 
 enum class ColumnType : std::uint8_t { integer, real, text };
@@ -27,19 +27,20 @@ struct Table {
   std::vector<std::vector<Cell>> rows;
 };
 
-/// Writes a line of names and the rows in UTF-8, quoted where needed (RFC 4180), with empty cells for unknown values.
-/// The file appears when it is complete. Throws std::runtime_error.
+/// Writes a line of names and the rows in UTF-8, quoted where needed (RFC 4180). Unknown values become empty cells. The
+/// file appears when it is complete. Throws std::runtime_error.
 void write_csv(const Table& table, const std::filesystem::path& path);
 
 enum class ShapeKind : std::uint8_t { point, line, polygon };
 
 struct Shape {
   ShapeKind kind = ShapeKind::point;
-  std::vector<Vec3> points;  ///< of the strip's world; the ring of a polygon without its last point again
+  std::vector<Vec3> points;  ///< in the strip's world; the ring of a polygon does not repeat its first point
 };
 
-/// One feature for each row with its shape: longitude, latitude and height on a body (on the Earth as RFC 7946 wants
-/// it), else the strip's own axes; the member `description` says which, after `title`. Throws std::runtime_error.
+/// Writes one feature for each row, with the shape of the same index. Coordinates are longitude, latitude and height on
+/// a body (on the Earth as in RFC 7946), else the strip's own axes. The member `description` has `title` and says
+/// which. Throws std::runtime_error.
 void write_geojson(const Table& table, const std::vector<Shape>& shapes, const Georeference& place,
                    const std::string& title, const std::filesystem::path& path);
 

@@ -1,4 +1,4 @@
-// Fixes in words and as JSON: what the report and map-check both say.
+// Describes fixes in words and as JSON, for the report and for ilp-ground map-check.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -10,16 +10,17 @@
 
 namespace ilp::fixes {
 
-/// As `ilp-ground map-tiles` prints it, in hexadecimal.
+/// The map's id in hexadecimal, as `ilp-ground map-tiles` prints it.
 [[nodiscard]] std::string map_name(std::int64_t map_id);
 
-/// For the terminal and the page: how many keyframes stand on the map, why the others do not, and what the fixes
-/// removed. Empty without fix records.
+/// Lines for the terminal and the page: how many keyframes are placed on the map, why the others are not, and which
+/// errors the fixes have removed. Empty without fix records.
 [[nodiscard]] std::vector<std::string> lines_of(const FixSummary& summary);
-/// Of the model that stands on the map: how its fixes agree, and what they have removed. Empty without one.
+/// Lines about the model on the map: how well its fixes agree, and which drift they have removed. Empty without such a
+/// model.
 [[nodiscard]] std::vector<std::string> lines_of(const model::JoinedFlight& joined);
 
-/// Lengths in m; distances that are not known are null.
+/// The summary as JSON. Lengths are in m; unknown distances are null.
 [[nodiscard]] nlohmann::ordered_json json_of(const FixSummary& summary);
 
 }  // namespace ilp::fixes

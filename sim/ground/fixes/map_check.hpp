@@ -1,5 +1,5 @@
-// Localises the keyframes of a flight on a map after the flight, by the flight's own stage (fsw/localisation): so that
-// a map can be tried on images that were taken without it.
+// Localises the keyframes of a flight on a map after the flight, with the flight's own stage (fsw/localisation). This
+// tests a map on images of a flight that did not carry it.
 #pragma once
 
 #include <filesystem>
@@ -15,20 +15,20 @@ namespace ilp::fixes {
 
 struct MapCheckOptions {
   std::filesystem::path outbox, map;
-  MissionParameters mission;           ///< of which the map's parameters and the epoch are used
-  bool any_body = true;                ///< the body of the mission is that of the map; false: they must agree
-  std::vector<std::uint8_t> key = {};  ///< with which the map must be signed; empty: it need not be
+  MissionParameters mission;           ///< only the parameters of the map, the epoch and the body are used
+  bool any_body = true;                ///< true: the map's body is used; false: it must be that of the mission
+  std::vector<std::uint8_t> key = {};  ///< the map must be signed with this key; empty: no signature needed
 };
 
 struct MapCheck {
   Body body = Body::none;
-  FixSummary in_flight;             ///< what came down
-  FixSummary fixes;                 ///< what the map says now
-  std::vector<std::string> events;  ///< tiles that are not there, and events of the stage, in words
+  FixSummary in_flight;             ///< fixes of the flight, as downlinked
+  FixSummary fixes;                 ///< fixes on the checked map
+  std::vector<std::string> events;  ///< in words: missing tiles, and events of the stage
 };
 
-/// Uses the poses, images, depths and measurements that came down. Throws std::runtime_error where there is no map that
-/// can be used, or nothing of a flight.
+/// Runs the check with the downlinked poses, images, depths and measurements. Throws std::runtime_error if the map or
+/// the flight cannot be used.
 [[nodiscard]] MapCheck check_map(const MapCheckOptions& options, std::ostream& messages);
 
 }  // namespace ilp::fixes

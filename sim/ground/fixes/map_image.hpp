@@ -1,4 +1,4 @@
-// The image of the map that a flight carried, for pages.
+// Makes pictures of the map that a flight carried, for the pages.
 #pragma once
 
 #include <cstdint>
@@ -11,16 +11,16 @@
 
 namespace ilp::fixes {
 
-/// Reads directory.ilpm of a map. std::runtime_error names the folder and what is wrong.
+/// Reads directory.ilpm of a map. Throws std::runtime_error that names the folder and says what is wrong.
 void read_map_directory(MapSource& source, const std::filesystem::path& folder, MapDirectory& directory);
 
 class MapImage {
  public:
-  /// std::runtime_error as read_map_directory.
+  /// Throws as read_map_directory does.
   explicit MapImage(const std::filesystem::path& folder);
   [[nodiscard]] std::int64_t id() const { return static_cast<std::int64_t>(directory_->id); }
-  /// Of the map's plane, row 0 in the north: from x0_m, y0_m in the north-west on, m. 0 where no tile knows the ground;
-  /// a tile that is missing or damaged knows none.
+  /// Grey picture of a rectangle of the map's plane with its north-western corner at (x0_m, y0_m); row 0 is the
+  /// northern edge. 0 where no tile has the ground; missing and damaged tiles have none.
   [[nodiscard]] host::Raster<std::uint8_t> picture(double x0_m, double y0_m, double pixel_m, std::int32_t width,
                                                    std::int32_t height);
 

@@ -1,5 +1,5 @@
-// What the flight knew of a keyframe's depths, from what came down: a depth product has the ground that is new in its
-// keyframe only, and the rest is that of the keyframes before.
+// Reconstructs the depths that the flight knew of a keyframe from downlinked products. A depth product contains only
+// the ground that is new in its keyframe; the rest comes from the keyframes before.
 #pragma once
 
 #include <cstdint>
@@ -10,11 +10,12 @@
 
 namespace ilp::fixes {
 
-/// Mean inverse depths of cells of seen_cell_px pixels, row by row, along the optical axis; 0: not known.
+/// Computes mean inverse depths (along the optical axis) of image cells of seen_cell_px pixels a side.
 class ViewCells {
  public:
-  /// `rasters` are those of the keyframe, which has a pose; its strip's keyframes come in order. Cells that its own
-  /// product does not have take the ground of the keyframes before, where that lies in them.
+  /// Returns the cells of a keyframe row by row; 0: unknown. Cells without depths in the keyframe's own product use the
+  /// ground of the 12 keyframes before that projects into them. The keyframe must have a pose, `rasters` are its
+  /// decoded rasters, and the keyframes of a strip must be added in their order.
   [[nodiscard]] std::vector<float> add(const intake::Keyframe& keyframe, const intake::KeyframeRasters& rasters);
 
  private:

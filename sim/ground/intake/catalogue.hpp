@@ -1,6 +1,6 @@
-// The ground's catalogue of one flight, an SQLite database: the files that came down, in every version that may be
-// right, and results computed from them, which are valid until the files change. Every change is a transaction: a run
-// may end anywhere, and the next run continues.
+// The ground's catalogue of one flight, a database. It holds the downlinked files in every version that may be right,
+// and results computed from them. Every change is a transaction, so that a run may be interrupted at any time and the
+// next run continues.
 #pragma once
 
 #include <filesystem>
@@ -19,16 +19,17 @@
 
 namespace ilp::intake {
 
-/// Of the file, in the folder of the results.
+/// File name of the catalogue in the folder of the results.
 inline constexpr const char* catalogue_name = "catalogue.db";
 
 class Catalogue : public TileCache, public ResultCache {
  public:
-  /// Opens the catalogue, or creates it. A damaged catalogue, or one of another version, is renamed to NAME.damaged,
-  /// and `was_quarantined` says so. `known_valid`: nothing has written to the file since a run ended, so that it need
-  /// not be read whole to find damage. Throws std::runtime_error when the file cannot be used at all.
+  /// Opens or creates a catalogue in an SQLite file. A file that is damaged or of another version is renamed to
+  /// NAME.damaged; then was_quarantined() is true. `known_valid`: the file has not changed since a run ended, so that
+  /// it is not read completely to find damage. Throws std::runtime_error if the file cannot be used at all.
   explicit Catalogue(const std::filesystem::path& file, bool known_valid = false);
-  /// The part of a mission in a database on a server (catalogue_database.hpp). `folder`: of the results.
+  /// Opens the mission's part of a database on a server (catalogue_database.hpp). `folder`: the folder of the results.
+  /// Throws std::runtime_error.
   Catalogue(const std::string& address, const std::string& mission, const std::filesystem::path& folder);
   ~Catalogue() override;
   Catalogue(const Catalogue&) = delete;
@@ -38,30 +39,30 @@ class Catalogue : public TileCache, public ResultCache {
 
   void forget_everything();
 
-  /// On a server, a number that shows whether the mission's part is as the run that kept it has left it; else 0.
+  /// On a server, the number that keep_mark() stored last: a changed number shows that another run has used the
+  /// mission's part. 0 for a file.
   [[nodiscard]] std::uint64_t mark() { return database_->mark(); }
   void keep_mark(std::uint64_t mark) { database_->keep_mark(mark); }
 
   struct Intake {
-    std::size_t files = 0;  ///< in the folder
-    std::size_t fresh = 0;  ///< not seen before, or changed
+    std::size_t files = 0;  ///< files in the folder
+    std::size_t fresh = 0;  ///< files that are new or have changed
   };
-  /// Copies new files of the folder whose content matches their name. A file that does not match is recorded with its
-  /// fault, and the version held under its name stays. `progress` gets the number of files looked at and of all files.
-  /// Throws when the folder cannot be read, or holds another flight than the catalogue (other_flights.hpp); nothing is
-  /// copied then.
+  /// Copies those new files of the folder whose content matches their name. Records any other new file with its fault;
+  /// versions held under its name stay. `progress` gets the number of files checked and of all files. Throws
+  /// std::runtime_error, and copies nothing, if the folder cannot be read, or is of another flight than the catalogue
+  /// (other_flights.hpp).
   Intake take_in(const std::filesystem::path& folder,
                  const std::function<void(std::size_t, std::size_t)>& progress = {});
 
-  /// All files of the catalogue, whether they are still in the folder or not. A file whose checksum has changed in the
-  /// catalogue is deleted from it and gets a fault.
+  /// Assembles all files of the catalogue, also those that the folder no longer has. A file whose bytes do not match
+  /// their checksum is deleted from the catalogue and listed with a fault.
   [[nodiscard]] Outbox outbox();
 
-  /// Whether outbox() has deleted files, which the next run takes in again.
+  /// Whether outbox() has deleted files; the next run takes them in again if the folder still has them.
   [[nodiscard]] bool has_lost_files() const { return lost_files_; }
 
-  /// Marks a version that turned out to be damaged when it was decoded: it is never used again, and another version of
-  /// the file may be taken in.
+  /// Marks a version of a file that could not be decoded: it is not used again, and another version may be taken in.
   void reject(const ReceivedFile& file);
 
   [[nodiscard]] std::optional<std::vector<std::uint8_t>> quick_look(std::int64_t keyframe_id, std::uint64_t digest);
@@ -72,12 +73,12 @@ class Catalogue : public TileCache, public ResultCache {
   void put(const TileKey& key, std::uint64_t digest, std::vector<std::uint8_t> summary,
            std::vector<std::uint8_t> cells) override;
 
-  /// None as well where the bytes have changed in the catalogue.
+  /// Returns none also if the bytes do not match their checksum.
   std::optional<std::vector<std::uint8_t>> result(std::uint64_t digest) override;
   void put_result(std::uint64_t digest, const std::vector<std::uint8_t>& bytes) override;
-  /// As if they had been found.
+  /// Protects these results from forget_other_results().
   void keep_results(const std::set<std::uint64_t>& digests);
-  /// Deletes the results that this object has neither found nor put.
+  /// Deletes all results that this object has not found, put or kept.
   void forget_other_results();
 
  private:

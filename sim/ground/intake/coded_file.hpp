@@ -1,5 +1,5 @@
-// The bytes of a received product or of a record's blob, which a run needs once or twice: in memory, or put away in a
-// file, so that a long flight takes little memory.
+// Holds the bytes of a received product or of a record's blob in memory or in a temporary file. A run needs these bytes
+// only once or twice, and the file lets a long flight take little memory.
 #pragma once
 
 #include <cstdint>
@@ -12,20 +12,21 @@
 
 namespace ilp::intake {
 
-/// A file without a name, which is gone with the process. All functions may be called from several threads at once and
-/// throw std::runtime_error.
+/// A temporary file without a name, which ends with the process. All functions may be called from several threads at
+/// once, and throw std::runtime_error.
 class Spool {
  public:
-  /// In this folder, because memory may be all that the usual one for such files has.
+  /// Creates the file in `folder`. The system's folder for temporary files is not used, because it may be in memory.
   explicit Spool(const std::filesystem::path& folder);
   ~Spool();
   Spool(const Spool&) = delete;
   Spool& operator=(const Spool&) = delete;
 
-  /// Where the bytes are from now on.
+  /// Appends bytes, and returns their offset in the file.
   std::uint64_t append(std::span<const std::uint8_t> bytes);
+  /// Fills `bytes` from offset `from`.
   void read(std::uint64_t from, std::span<std::uint8_t> bytes) const;
-  /// Of the file.
+  /// Size of the file, bytes.
   [[nodiscard]] std::uint64_t size() const { return size_; }
 
  private:
@@ -34,7 +35,7 @@ class Spool {
   std::uint64_t size_ = 0;
 };
 
-/// Copies share the bytes.
+/// The bytes of one product or blob. Copies of the object share them.
 class CodedFile {
  public:
   CodedFile() = default;
@@ -45,6 +46,7 @@ class CodedFile {
   [[nodiscard]] std::size_t size() const { return size_; }
   [[nodiscard]] bool empty() const { return size_ == 0; }
   [[nodiscard]] std::vector<std::uint8_t> bytes() const;
+  /// Moves the bytes from memory to the file. Does nothing if they are there already.
   void put_away(const std::shared_ptr<Spool>& spool);
   void clear() { *this = {}; }
 

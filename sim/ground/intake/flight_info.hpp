@@ -1,4 +1,4 @@
-// The JSON file in which a run on the host says what it was and what it cost.
+// Reads what only a flight on the host leaves: a JSON file about the run and its cost, and the onboard database.
 #pragma once
 
 #include <filesystem>
@@ -10,27 +10,28 @@
 
 namespace ilp::intake {
 
-/// The cost of the run on the host; every value is optional.
+/// Content of the JSON file; every value is optional.
 struct FlightInfo {
   std::optional<double> wall_s, cpu_s, flight_cpu_s, peak_rss_mib, static_bytes;
   std::optional<double> frames, keyframes, seed, target_overlap;
-  std::optional<double> binning;  ///< so many pixels of the photographs, in x and in y, were one that flew
+  std::optional<double> binning;  ///< side of the block of photograph pixels that makes one pixel of a frame
   std::string profile, software, source;
-  std::vector<std::string> notes;  ///< what the simulator said of its images and measurements
+  std::vector<std::string> notes;  ///< remarks of the simulator on its images and measurements
 };
 
-/// Members that are absent or of another type stay unknown. Throws std::runtime_error when the file is no JSON object.
+/// Reads the file; members that it lacks, or that have another type, stay empty. Throws std::runtime_error if the file
+/// has no JSON object.
 [[nodiscard]] FlightInfo read_flight_info(const std::filesystem::path& path);
 
-// Reads the onboard database, which is at hand after a flight on the host.
+// The onboard database, which is available after a flight on the host.
 
-/// Frames, overlaps, strips, keyframes, poses, depths, richness, products, events, components and storage, without
-/// their blobs: these records explain the flight and never replace data that did not come down. The database is opened
-/// read-only. Throws std::runtime_error.
+/// Reads the records of frames, overlaps, strips, keyframes, poses, depths, richness, products, events, components and
+/// storage, without their blobs. They explain the flight, and do not replace data that did not come down. Opens the
+/// database read-only. Throws std::runtime_error.
 [[nodiscard]] std::vector<RecordEntry> read_flight_database(const std::filesystem::path& database);
 
-/// The value to which a telecommand has set the parameter `section.key`; none if no telecommand has. Throws
-/// std::runtime_error.
+/// The value to which a telecommand has set the parameter `name`, which is section.key; none if no telecommand has set
+/// it. Throws std::runtime_error.
 [[nodiscard]] std::optional<double> read_setting(const std::filesystem::path& database, const std::string& name);
 
 }  // namespace ilp::intake

@@ -1,5 +1,5 @@
-// Checks ids and times of files that came down, and parses names of products. Every id and every time of a file passes
-// through here, so that sums and multiples of them cannot overflow.
+// Checks the ids and times of downlinked files, so that sums and multiples of them cannot overflow, and parses names of
+// products.
 #pragma once
 
 #include <cstdint>
@@ -11,9 +11,9 @@
 
 namespace ilp::intake {
 
-/// More ids than any flight makes in all its store epochs; product_id() of it does not overflow.
+/// Largest valid id. No flight reaches it in all its store epochs, and its product_id() does not overflow.
 inline constexpr std::int64_t largest_id = std::int64_t{1} << 60U;
-/// The difference of two numbers up to this one does not overflow.
+/// Largest valid magnitude of a time: the difference of two such numbers does not overflow.
 inline constexpr std::int64_t largest_number = (std::int64_t{1} << 62U) - 1;
 
 [[nodiscard]] constexpr bool is_id(std::int64_t number) {
@@ -30,7 +30,8 @@ struct ProductName {
 /// Keyframe and kind of a file named product-KKKKKK-image.jp2 or product-KKKKKK-depth.jp2; none for other names.
 [[nodiscard]] std::optional<ProductName> product_named(std::string_view file_name);
 
-/// Throws BadFile when an id or a time of the record is out of range.
+/// Throws BadFile if an id or a time of the record is out of range, or a product's id contradicts its keyframe and
+/// kind.
 void check_numbers(const RecordInfo& info, const void* record);
 
 }  // namespace ilp::intake

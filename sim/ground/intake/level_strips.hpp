@@ -1,13 +1,14 @@
-// Strips whose place the vehicle has measured become metric, level and turned to north.
+// Moves strips into level frames by the vehicle's navigation.
 #pragma once
 
 #include "sim/ground/intake/flight_model.hpp"
 
 namespace ilp::intake {
 
-/// Applies the similarity of each strip's StripFrameRecord to its poses, points and depths, with their errors. The
-/// world of such a strip has x to the east, y to the north and z up, as far as they are known, and is in metres if the
-/// scale is known (ScaleSource::navigation). Strips without the record stay as they are.
+/// Applies the similarity of each strip's StripFrameRecord to its poses, points and depths, with their errors. After
+/// that the strip's world has x to the east, y to the north and z up, as far as the record knows these directions, and
+/// is in metres if the record knows the scale (ScaleSource::navigation). Strips without the record do not change. An
+/// implausible record is removed, with a remark.
 void level_strips(Flight& flight);
 
 }  // namespace ilp::intake

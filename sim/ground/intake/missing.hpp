@@ -1,4 +1,4 @@
-// Lists data that has not come down, and where on the map it belongs.
+// Lists data that has not come down, with its position on the map.
 #pragma once
 
 #include <cstdint>
@@ -13,14 +13,14 @@ namespace ilp::intake {
 
 struct Missing {
   std::int64_t keyframe_id = 0;
-  std::string what;
-  std::int64_t strip_id = 0;   ///< 0: not known
-  std::optional<Vec3> centre;  ///< of the camera; between its neighbours' where its own is not known
+  std::string what;            ///< in words
+  std::int64_t strip_id = 0;   ///< 0: unknown
+  std::optional<Vec3> centre;  ///< camera centre; interpolated between neighbours in the strip if it is unknown
 };
 
-/// In order of keyframes: keyframes between others of which nothing came, missing records, products that were made and
-/// did not come, and missing layers of products. Missing data may still be on its way, or may have been dropped on
-/// board.
+/// Lists, in the order of keyframe ids: keyframes of which nothing came although later ones did, missing records,
+/// products that were made and did not come, and missing layers of products. Missing data may still be on its way, or
+/// may have been dropped on board.
 [[nodiscard]] std::vector<Missing> missing_of(const Flight& flight);
 
 }  // namespace ilp::intake

@@ -1,4 +1,4 @@
-// Takes a keyframe to another world: its pose, points and depths with their errors.
+// Transforms a keyframe to another world by a similarity: pose, points and depths, with their errors.
 #pragma once
 
 #include "fsw/vision/geometry/similarity.hpp"
@@ -6,11 +6,11 @@
 
 namespace ilp::intake {
 
-/// Covariances turn and grow with the pose.
+/// Transforms a pose and its covariances.
 void move(const Similarity& by, PoseRecord& pose);
 void move(const Similarity& by, StructurePoint& point);
-/// The pose, the points that became final with it, the scale of depths that are not decoded yet, and the depth of the
-/// ground point of its fix.
+/// Transforms a keyframe: its pose, the points that became final with it, the scale of its coded depths, and the ground
+/// depth of its fix. Rasters that are decoded already do not change.
 void move(const Similarity& by, Keyframe& keyframe);
 
 }  // namespace ilp::intake

@@ -1,4 +1,4 @@
-// Reads an outbox folder and checks every file that came down.
+// Reads an outbox folder, checks every downlinked file, and assembles records and products.
 #pragma once
 
 #include <filesystem>
@@ -19,22 +19,22 @@ struct ReceivedFile {
   std::string name;
   std::uint64_t bytes = 0;
   std::uint32_t crc32 = 0;
-  std::string fault;  ///< why it was skipped; empty when it is used
+  std::string fault;  ///< why the file is not used; empty: it is used
 };
 
 struct ReceivedProduct {
   std::size_t file = 0;  ///< index in Outbox::files
   std::int64_t keyframe_id = 0;
   ProductKind kind = ProductKind::image;
-  CodedFile bytes;       ///< with all refinements that came
-  bool refined = false;  ///< more than the file of its name
+  CodedFile bytes;       ///< the file, with all refinements that could be used
+  bool refined = false;  ///< `bytes` contains refinements
 };
 
 struct Outbox {
-  std::vector<ReceivedFile> files;  ///< by name
+  std::vector<ReceivedFile> files;  ///< in the order in which they were added
   std::vector<RecordEntry> records;
   std::vector<ReceivedProduct> products;
-  std::vector<std::string> waiting;  ///< refinements that cannot be used yet, in words: what they refine is missing
+  std::vector<std::string> waiting;  ///< in words: refinements that cannot be used because earlier layers are missing
 };
 
 /// Checks that the content of a file matches its name, without decoding it. Throws BadFile.
@@ -43,15 +43,16 @@ void check_file(std::string_view name, std::span<const std::uint8_t> bytes);
 /// The flight software writes no file as large as this.
 inline constexpr std::uintmax_t max_file_bytes = std::uintmax_t{256} << 20U;
 
-/// Assembles an outbox from its files, in any order. A bad file is listed with its fault and not used. Several versions
-/// of a file may come: of a product, the version that matches the checksum on record is used, else the longest; of
-/// record files, which carry their own checksum, all versions are used.
+/// Assembles an outbox from its files, in any order. A bad file is listed with its fault and not used. A file may come
+/// in several versions. Of a product, the version that matches size and checksum of its record is used, else one whose
+/// size is that of some of its layers, else the longest. Of record files, which have their own checksum, all versions
+/// are used.
 class OutboxBuilder {
  public:
-  /// Products and blobs of records are put away in the spool, where there is one.
+  /// Products and blobs of records are moved into the spool; null: they stay in memory.
   explicit OutboxBuilder(std::shared_ptr<Spool> spool = nullptr) : spool_(std::move(spool)) {}
   void add(const std::string& name, std::vector<std::uint8_t> bytes);
-  /// Lists a file that is gone or cannot be used.
+  /// Lists a file that is missing or cannot be used.
   void add_fault(ReceivedFile file) { outbox_.files.push_back(std::move(file)); }
   [[nodiscard]] Outbox finish();
 
@@ -61,7 +62,7 @@ class OutboxBuilder {
     std::vector<std::uint8_t> bytes;
     RefinementHeader header;
     std::span<const std::uint8_t> own;  ///< in `bytes`
-    bool done = false;                  ///< used, found wrong, or its layers came in other files too
+    bool done = false;                  ///< used, found invalid, or not needed because other files have its layers
   };
   void put_away(RecordFile& records) const;
   void add_refinement(std::size_t file, std::vector<std::uint8_t> bytes);
@@ -79,16 +80,16 @@ class OutboxBuilder {
   std::vector<Refinement> refinements_;
 };
 
-/// The folder may hold any subset of the files, in any state. Products are assembled from their first file and its
-/// refinements. Throws std::runtime_error only when the folder itself cannot be read.
+/// Reads a folder that may hold any subset of an outbox's files, in any state. Throws std::runtime_error only if the
+/// folder itself cannot be read.
 [[nodiscard]] Outbox read_outbox(const std::filesystem::path& folder);
 
-/// The regular files of a folder, by name. Throws std::runtime_error.
+/// The regular files of a folder, sorted by name. Throws std::runtime_error if the folder cannot be read.
 [[nodiscard]] std::vector<std::filesystem::path> files_of(const std::filesystem::path& folder);
 
-/// NAME.ack with its content for every complete file; a damaged or partial file must come again.
+/// The acknowledgement of every file without a fault; key: NAME.ack; value: its content. The others must come again.
 [[nodiscard]] std::map<std::string, std::string> acknowledgements_of(const Outbox& outbox);
-/// Writes them. Throws when the folder cannot be written.
+/// Writes the acknowledgements as files. Throws std::runtime_error if the folder cannot be written.
 void write_acknowledgements(const std::map<std::string, std::string>& acknowledgements,
                             const std::filesystem::path& folder);
 

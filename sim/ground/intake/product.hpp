@@ -1,4 +1,4 @@
-// A product file of the outbox: samples and what its metadata box says.
+// Decodes a product file of the outbox: its samples and its metadata box.
 #pragma once
 
 #include <cstdint>
@@ -12,14 +12,15 @@
 
 namespace ilp::intake {
 
-/// The lines `key=value` of a metadata box (fsw/vision/codec/metadata.hpp), as values that may be absent.
+/// The lines `key=value` of a metadata box (fsw/vision/codec/metadata.hpp). Functions return none if the key is absent
+/// or its value is invalid.
 class Metadata {
  public:
   Metadata() = default;
   explicit Metadata(std::span<const std::uint8_t> box) : box_(box.begin(), box.end()) {}
-  [[nodiscard]] std::string text(const std::string& key) const;  ///< empty when absent
+  [[nodiscard]] std::string text(const std::string& key) const;  ///< empty if absent
   [[nodiscard]] std::optional<std::int64_t> integer(const std::string& key) const;
-  /// A number in the range of ids.
+  /// A number that is a valid id (ids.hpp).
   [[nodiscard]] std::optional<std::int64_t> id(const std::string& key) const;
   [[nodiscard]] std::optional<double> number(const std::string& key) const;
   /// Exactly `count` finite numbers; none otherwise.
@@ -44,10 +45,10 @@ struct Product {
   host::Raster<std::int32_t> samples;
 };
 
-/// Throws BadFile with the reason.
+/// Decodes metadata and samples. Throws BadFile with the reason.
 [[nodiscard]] Product decode_product(std::span<const std::uint8_t> file);
 
-/// Camera and pose that a product carries, so that it stands alone when its records were lost.
+/// Camera and pose from the metadata of a product, which can be used without its records; none if they are not there.
 [[nodiscard]] std::optional<CameraModel> camera_of(const Metadata& metadata);
 [[nodiscard]] std::optional<PoseRecord> pose_record_of(const Metadata& metadata);
 

@@ -1,4 +1,4 @@
-// One `.ilp` file of the outbox: records with their blobs (docs/outbox.md).
+// Reads and writes `.ilp` files of the outbox: records with their blobs (docs/outbox.md).
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 
 namespace ilp::intake {
 
-/// What is wrong with a file that came down, in words for the operator.
+/// A downlinked file is not valid; what() says why, in words for the operator.
 struct BadFile : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -23,7 +23,7 @@ struct RecordEntry {
   std::vector<CodedFile> blobs;      ///< in field order
 };
 
-/// Everything is checked before anything is returned; throws BadFile.
+/// Returns the records of a file. Throws BadFile if any part of it is invalid.
 [[nodiscard]] std::vector<RecordEntry> parse_record_file(std::span<const std::uint8_t> file);
 [[nodiscard]] std::vector<std::uint8_t> write_record_file(std::span<const RecordEntry> entries);
 
@@ -35,7 +35,7 @@ template <typename Record>
   return record;
 }
 
-/// The struct's blob fields must state the sizes of `blobs`.
+/// Serialises a record. Its blob fields must have the sizes of `blobs`.
 template <typename Record>
 [[nodiscard]] RecordEntry entry_of(const Record& record, std::vector<CodedFile> blobs = {}) {
   const RecordInfo& info = record_info<Record>();

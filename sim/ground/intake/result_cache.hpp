@@ -1,4 +1,4 @@
-// Keeps results that follow from their inputs alone, from one run to the next.
+// Caches from one run to the next for results that depend on their inputs only.
 #pragma once
 
 #include <cstdint>
@@ -16,17 +16,17 @@
 
 namespace ilp::intake {
 
-/// A result is found by the digest of the name of the computation, with its version, and of all its inputs. All
-/// functions may be called from several threads at once.
+/// A cache of results. The key of a result is the digest of the computation's name, its version and all its inputs
+/// (InputDigest). All functions may be called from several threads at once.
 class ResultCache {
  public:
   virtual ~ResultCache() = default;
-  /// None when there is no result of these inputs.
+  /// The bytes of a result; none if the cache does not have it.
   [[nodiscard]] virtual std::optional<std::vector<std::uint8_t>> result(std::uint64_t digest) = 0;
   virtual void put_result(std::uint64_t digest, const std::vector<std::uint8_t>& bytes) = 0;
 };
 
-/// Another cache, with notes of which results were found or put.
+/// Passes calls on to another cache, and notes which results were found or put.
 class NotedResults : public ResultCache {
  public:
   explicit NotedResults(ResultCache& cache) : cache_(cache) {}
@@ -51,9 +51,10 @@ class MemoryResultCache : public ResultCache {
   std::map<std::uint64_t, std::vector<std::uint8_t>> results_;
 };
 
-/// Digest of a computation's name and inputs, in their order.
+/// Digest of a computation's name and inputs; it depends on their order.
 class InputDigest {
  public:
+  /// `computation`: name with version.
   explicit InputDigest(std::string_view computation) : state_(host::digest(computation)) {}
 
   InputDigest& add(std::span<const std::uint8_t> bytes) {
@@ -71,7 +72,7 @@ class InputDigest {
   std::uint64_t state_;
 };
 
-/// Lists of plain elements as bytes: the number of elements, and the elements.
+/// Appends a list to `bytes`: the number of elements (32 bits), and the elements as they are in memory.
 template <typename List>
 void append(const List& list, std::vector<std::uint8_t>& bytes) {
   static_assert(std::is_trivially_copyable_v<typename List::value_type>);
@@ -82,7 +83,8 @@ void append(const List& list, std::vector<std::uint8_t>& bytes) {
   bytes.insert(bytes.end(), elements, elements + list.size() * sizeof(typename List::value_type));
 }
 
-/// The next list of `bytes`, which loses it. False, with an empty list, where the bytes do not hold one that fits.
+/// Reads the next list that append() wrote, and removes it from the front of `bytes`. Returns false, with an empty
+/// list, if `bytes` is too short or the list exceeds the container's capacity.
 template <typename List>
 [[nodiscard]] bool take(std::span<const std::uint8_t>& bytes, List& list) {
   std::uint32_t count = 0;

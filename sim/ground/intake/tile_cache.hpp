@@ -1,4 +1,4 @@
-// Keeps painted tiles until their inputs change.
+// A cache for the tiles of maps, which are valid until their inputs change.
 #pragma once
 
 #include <cstdint>
@@ -9,14 +9,16 @@
 
 namespace ilp::intake {
 
-/// The place of a tile in the strip's world depends on the size of its cells only: tile (0, 0) begins at the world's
-/// origin and extends to the east and to the south. Data that arrives later moves no tile.
+/// Position of a tile in the strip's world, counted in tiles. Tile (0, 0) has its north-west corner at the world's
+/// origin; columns count to the east, rows to the south. The grid of tiles depends on the cell size only, so that later
+/// data do not move tiles.
 struct TilePlace {
   std::int32_t column = 0, row = 0;
   auto operator<=>(const TilePlace&) const = default;
 };
 
-/// A painted tile depends on the keyframes under it, a finished one also on what the whole map says of them.
+/// Steps of a tile (map/tile_steps.hpp). A painted tile depends on the keyframes that touch it; a finished tile also
+/// depends on the balance, and so on the whole map.
 enum class TileStage : std::uint8_t { painted, finished };
 
 struct TileKey {
@@ -26,12 +28,13 @@ struct TileKey {
   auto operator<=>(const TileKey&) const = default;
 };
 
-/// The last version of each tile is kept. All functions may be called from several threads at once.
+/// Keeps the last version of each tile. All functions may be called from several threads at once.
 class TileCache {
  public:
   virtual ~TileCache() = default;
-  /// None when the cache has no version of the tile with this digest of its inputs.
+  /// Bytes of the tile's summary; none if the cache has no version of the tile with this digest of its inputs.
   [[nodiscard]] virtual std::optional<std::vector<std::uint8_t>> summary(const TileKey& key, std::uint64_t digest) = 0;
+  /// Bytes of the tile's cells; none as above.
   [[nodiscard]] virtual std::optional<std::vector<std::uint8_t>> cells(const TileKey& key, std::uint64_t digest) = 0;
   virtual void put(const TileKey& key, std::uint64_t digest, std::vector<std::uint8_t> summary,
                    std::vector<std::uint8_t> cells) = 0;

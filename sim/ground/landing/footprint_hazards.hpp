@@ -1,4 +1,5 @@
-// What a lander's footprint meets at each place of a map: slope, roughness and largest step, each with its error.
+// Computes the hazards of a lander's footprint at each point of a map: slope with its error, roughness, and largest
+// step.
 #pragma once
 
 #include <cstdint>
@@ -9,35 +10,35 @@
 namespace ilp::landing {
 
 // The hazards are those of ALHAT's hazard detection (A. Johnson et al., "Analysis of On-Board Hazard Detection and
-// Avoidance for Safe Lunar Landing", IEEE Aerospace Conference 2008): the plane of the footprint and what stands out of
-// it. Ground that was not seen counts as a hazard.
+// Avoidance for Safe Lunar Landing", IEEE Aerospace Conference 2008): the plane of the footprint, and deviations from
+// it. Ground that was not seen is a hazard.
 
 struct Footprint {
-  double diameter_m = 0;  ///< of the circle that the lander may touch
+  double diameter_m = 0;  ///< diameter of the circle that the lander may touch
   double metres_per_unit = 1;
-  /// Smallest share of the circle's cells with a height. Ground without one may hide anything.
+  /// Smallest share of the circle's cells that must have a height.
   double least_cover = 0.95;
 };
 
-/// Rasters over the centres of footprints: `geometry` is in strip units, as that of the map. NaN where the circle is
-/// not covered.
+/// Rasters with one cell for each footprint centre, in `geometry` (strip units). NaN where the centre has no height or
+/// heights do not cover the circle.
 struct FootprintHazards {
   map::MapGeometry geometry;
-  std::int32_t stride = 1;         ///< cells of the map from centre to centre
-  host::Raster<float> gradient_x;  ///< of the plane of least squares through the circle, rise over run
-  host::Raster<float> gradient_y;
-  host::Raster<float> gradient_sigma;  ///< one sigma of either component, from the heights' errors alone
-  host::Raster<float> roughness_m;     ///< rms distance of the heights from the plane, along z
-  host::Raster<float> step_m;          ///< highest minus lowest of these distances
-  host::Raster<float> sigma_m;         ///< rms one-sigma error of a height in the circle
+  std::int32_t stride = 1;             ///< distance of neighbouring centres, cells of the map
+  host::Raster<float> gradient_x;      ///< dz/dx of the least-squares plane through the circle, dimensionless
+  host::Raster<float> gradient_y;      ///< dz/dy of the plane
+  host::Raster<float> gradient_sigma;  ///< standard deviation of each gradient component, from errors of heights alone
+  host::Raster<float> roughness_m;     ///< RMS deviation of the heights from the plane, along z
+  host::Raster<float> step_m;          ///< largest minus smallest deviation
+  host::Raster<float> sigma_m;         ///< RMS of the heights' standard deviations in the circle
 };
 
-/// Heights are z of `grid`, errors its sigma (where none is known, the median of the others). Centres are at most a
-/// sixteenth of the diameter apart. Throws std::runtime_error with the least diameter where the circle has fewer than
-/// five cells across, or the map has no errors.
+/// Computes the hazards from the heights of `grid` and their sigma from matching; the median replaces an unknown sigma.
+/// Centres are a sixteenth of the diameter apart, but at least one cell. Throws std::runtime_error if the diameter is
+/// less than five cells (with the smallest possible one), or no height has a known error.
 [[nodiscard]] FootprintHazards footprint_hazards(const map::GroundGrid& grid, const Footprint& footprint);
 
-/// Cells of the map that an error of matching spreads over: a window of matching, and what smooths it.
+/// Number of cells that share an error of matching, because of the matching window and smoothing.
 inline constexpr double cells_per_error = 40;
 
 }  // namespace ilp::landing

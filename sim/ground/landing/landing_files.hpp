@@ -1,4 +1,4 @@
-// Landing sites of a strip: when a map can say anything of them, and the files for other tools.
+// Decides whether a strip's map is suitable for landing sites, computes them, and writes their files for other tools.
 #pragma once
 
 #include <filesystem>
@@ -11,23 +11,23 @@
 
 namespace ilp::landing {
 
-/// Of a strip that was asked for landing sites.
+/// Result for one strip.
 struct StripLanding {
   std::optional<LandingMap> map;
   std::string fault;  ///< why there is no map
 };
 
-/// A map tells landing sites only if it is in metres and knows what is up, by the vehicle's navigation or by control
-/// points (`control`, may be null); `fault` says what is missing. `strip.grid` is the map.
+/// Computes the landing map from `strip.grid`. The strip must be in metres, and its vertical must be known from the
+/// vehicle's navigation or from control points (`control`; null: none). Otherwise `fault` says what is missing.
 [[nodiscard]] StripLanding landing_of(const exports::ExportedStrip& strip, const control::StripControl* control,
                                       const LandingLimits& limits);
 
-/// What was found, for the end of a run.
+/// A line for the user at the end of a run.
 [[nodiscard]] std::string line_of(const StripLanding& landing, std::int64_t strip);
 
-/// landing-safe, landing-slope, landing-roughness and landing-step SUFFIX .tif, GeoTIFF on the centres of the
-/// footprints, NaN where a footprint is not covered by heights, and landing-sites SUFFIX .geojson, a polygon of each
-/// footprint, the best first. Adds the names to `strip.files`. Throws std::runtime_error.
+/// Writes landing-safe, landing-slope, landing-roughness and landing-step SUFFIX .tif: GeoTIFF files with one pixel for
+/// each footprint centre, NaN where heights do not cover the footprint. Writes landing-sites SUFFIX .geojson with a
+/// polygon for each site, the best first. Adds the names to `strip.files`. Throws std::runtime_error.
 void export_landing(const LandingMap& map, const std::filesystem::path& folder, exports::ExportedStrip& strip);
 
 }  // namespace ilp::landing

@@ -1,4 +1,4 @@
-// Bends the pieces of a map so that they meet.
+// Blends the patches of a map: corrects heights near their borders, so that no steps are left.
 #pragma once
 
 #include <cstdint>
@@ -8,26 +8,26 @@
 namespace ilp::map {
 
 struct BlendParams {
-  /// A step at a border fades over this many cells on each side: long enough that no ridge is left (the slope changes
-  /// by a sixth of the step), short enough that a piece keeps its own heights.
+  /// Number of cells over which a step at a border fades on each side. It is large enough to leave no ridge (the slope
+  /// changes by a sixth of the step), and small enough that a patch keeps its own heights.
   double fade_cells = 6;
-  /// Cells this close to a border are the last that a matching window, or the codec's region, has reached, and err
-  /// most.
+  /// The band about a border: cells at most this far from it. They have the largest errors, because matching windows
+  /// and the codec's region end there.
   std::int32_t band_cells = 3;
-  /// Weight of smoothness in the band against that of the piece's own shape; chosen so that borders are as rough as the
-  /// rest of the map (seam_measure.hpp). 0: none.
+  /// Weight of small second differences in the band; 0: none. Chosen so that borders are as rough as the rest of the
+  /// map (seam_measure.hpp).
   double band_smoothness = 2;
-  /// Weight of the piece's own shape in the band.
+  /// Weight of the patch's own differences in the band; outside it is 1.
   double band_shape = 0.1;
 };
 
-/// Changes `values` by the smallest correction, in units of `sigma`, that lets pieces go over into each other: the
+/// Adds to `values` the smallest correction, in units of `sigma`, that joins the patches without steps. It solves the
 /// screened Poisson equation (Perez et al., "Poisson image editing", SIGGRAPH 2003; Bhat et al., "Fourier analysis of
-/// the 2D screened Poisson equation", ECCV 2008). Each piece keeps its differences between neighbours, the better
-/// measured side of a border bends less, and in the band about borders second differences are kept small.
-/// `source` names the piece of each cell; cells with 0 are left out. `sigma` is in units of `values`; where it is not
-/// positive and finite, `usual_sigma` stands for it. Cells further than `blend_reach_cells` from all borders do not
-/// change, and no cell depends by more than a hundredth of a step on cells that far away.
+/// the 2D screened Poisson equation", ECCV 2008). Each patch keeps the differences between its neighbouring cells. The
+/// side of a border with the smaller sigma changes less. In the band about a border second differences are kept small.
+/// `source`: number of each cell's patch; cells with 0 are left out. `sigma`: standard deviation of `values`, in their
+/// unit; `usual_sigma` replaces values that are not positive and finite. Cells further than `blend_reach_cells` from
+/// all borders do not change. A cell that far away changes a result by at most a hundredth of its step.
 void blend_patches(const host::Raster<std::uint16_t>& source, const host::Raster<float>& sigma, float usual_sigma,
                    const BlendParams& params, host::Raster<float>& values);
 

@@ -1,4 +1,4 @@
-// The closed grid of a strip as one triangulated surface.
+// Triangulates the map of a strip, whose seams are closed, as one surface.
 #pragma once
 
 #include <cstddef>
@@ -9,9 +9,10 @@
 
 namespace ilp::map {
 
-/// One vertex for every n-th cell of every n-th row that has a height, coloured by the orthoimage; triangles between
-/// neighbours whose heights differ by no more than max_depth_jump times their distance: what is steeper is a wall that
-/// nobody measured. Neighbouring pieces share vertices, so that the surface has no seams but where the map has gaps.
+/// Makes one vertex of every `stride`-th cell of every `stride`-th row that has a height, with the grey value of the
+/// orthoimage. Neighbours make a triangle if their heights differ by at most max_depth_jump * stride * cell: steeper
+/// walls were not measured. Patches of neighbouring keyframes share vertices, so that only gaps of the map interrupt
+/// the surface.
 [[nodiscard]] SurfaceMesh grid_surface(const GroundGrid& grid, std::int32_t stride, const MergeParams& params);
 
 /// The smallest stride with at most `max_vertices` vertices.

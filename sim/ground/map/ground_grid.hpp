@@ -1,4 +1,4 @@
-// A map that is held in memory: a regular grid in the strip's world with heights and an orthoimage (decisions.md, 8).
+// The elevation map of a strip: as one grid in memory, and in tiles (decisions.md, 8).
 #pragma once
 
 #include <cstdint>
@@ -11,26 +11,27 @@
 
 namespace ilp::map {
 
-/// Ground that images show and no depth was measured of, laid on interpolated heights (laid_surface in merge.hpp): for
-/// pictures only. Empty, or of the map's size.
+/// Ground that images show but whose depth was not measured, on interpolated heights (laid_surface in merge.hpp). For
+/// pictures only. Each raster is empty or has the map's size.
 struct LaidGround {
-  host::Raster<float> height;          ///< world z; NaN where there is none, as where a height was measured
-  host::Raster<std::uint8_t> grey;     ///< from 1; 0 where there is none
-  host::Raster<std::uint16_t> source;  ///< as that of the map, while a tile is painted; else empty
+  host::Raster<float> height;          ///< world z, strip units; NaN: not interpolated, or a height was measured
+  host::Raster<std::uint8_t> grey;     ///< 1 to 255; 0: no such ground
+  host::Raster<std::uint16_t> source;  ///< as MapTile::source while a tile is painted; empty otherwise
 };
 
-/// Column i, row j stands at world (x0 + i * cell, y0 - j * cell): north (+y) is up, cell (0,0) is the top-left centre.
+/// A map in memory: a regular grid in the strip's world. The centre of column i, row j is at world (x0 + i * cell,
+/// y0 - j * cell), so that row 0 is the northern edge (+y).
 struct GroundGrid {
-  double x0 = 0, y0 = 0, cell = 0;     ///< strip units
-  host::Raster<float> height;          ///< world z; NaN where nothing was seen
-  host::Raster<float> sigma;           ///< one sigma of the height, from matching; NaN where it is unknown
-  host::Raster<float> whole_sigma;     ///< the same with all parts (height_error.hpp); empty: not computed
-  host::Raster<std::uint8_t> ortho;    ///< grey value seen from above
-  host::Raster<std::uint16_t> count;   ///< keyframes whose surface covers the cell
-  host::Raster<std::uint16_t> source;  ///< 1 + place in the strip's keyframes of the one that is shown; 0: none
+  double x0 = 0, y0 = 0, cell = 0;     ///< centre of the top-left cell, and side of a cell; strip units
+  host::Raster<float> height;          ///< world z, strip units; NaN: no height
+  host::Raster<float> sigma;           ///< standard deviation of the height from matching; NaN: unknown
+  host::Raster<float> whole_sigma;     ///< the same with all components (height_error.hpp); empty: not computed
+  host::Raster<std::uint8_t> ortho;    ///< grey value of the orthoimage; 0 where nothing was seen
+  host::Raster<std::uint16_t> count;   ///< number of keyframes whose surface covers the cell
+  host::Raster<std::uint16_t> source;  ///< 1 + index, in the strip's keyframes, of the keyframe shown; 0: none
   LaidGround laid;
 
-  /// Whole where it was computed, else of matching.
+  /// `whole_sigma` if it was computed, else `sigma`.
   [[nodiscard]] const host::Raster<float>& estimated_sigma() const { return whole_sigma.empty() ? sigma : whole_sigma; }
 
   GroundGrid() = default;
@@ -41,10 +42,10 @@ struct GroundGrid {
   [[nodiscard]] double row_of(double y) const { return (y0 - y) / cell; }
 };
 
-/// Of each cell; NaN where the error of matching is unknown.
+/// Standard deviation of each cell's height with all components; NaN where the error of matching is unknown.
 [[nodiscard]] host::Raster<float> whole_sigma_of(const GroundGrid& grid, const HeightErrors& errors);
 
-/// Medians over the cells with an estimated error; all 0 without any.
+/// Median of each component over the cells whose error of matching is known; all 0 if there is no such cell.
 [[nodiscard]] HeightErrorParts usual_parts(const GroundGrid& grid, const HeightErrors& errors);
 
 /// z = a x + b y + c.
@@ -52,40 +53,41 @@ struct Plane {
   double a = 0, b = 0, c = 0;
   [[nodiscard]] double at(double x, double y) const { return a * x + b * y + c; }
 };
-/// Least squares over all heights. The world of a strip knows no gravity: its mean slope depends on the attitude of the
-/// first camera, so pictures show relief above the mean plane.
+/// The plane of least squares through all heights. Pictures show relief above it, because the strip's world need not be
+/// level: without navigation its slope depends on the attitude of the first camera.
 [[nodiscard]] Plane mean_plane(const GroundGrid& grid);
 
-// The elevation map of a strip in tiles. A map may have any size: only one tile at a time is in memory.
+// A map of any size, of which only one tile at a time is in memory.
 
-/// Column i, row j stands at world (x0 + i * cell, y0 - j * cell): north (+y) is up, cell (0,0) is the top-left centre.
+/// Position and size of a map's grid, as in GroundGrid.
 struct MapGeometry {
   double x0 = 0, y0 = 0, cell = 0;  ///< strip units
   std::int32_t columns = 0, rows = 0;
 };
 
-/// A part of a map, all rasters of one size.
+/// A rectangular part of a map. All rasters have one size, and values as in GroundGrid.
 struct MapTile {
-  std::int32_t column = 0, row = 0;    ///< of its first cell in the map
-  host::Raster<float> height;          ///< world z; NaN where nothing was seen
-  host::Raster<float> sigma;           ///< one sigma of the height, from matching; NaN where it is unknown
-  host::Raster<std::uint8_t> ortho;    ///< grey value seen from above; 0 where nothing was seen
-  host::Raster<std::uint16_t> count;   ///< keyframes whose surface covers the cell
-  host::Raster<std::uint16_t> source;  ///< 1 + place in the strip's keyframes of the one that is shown; 0: none
+  std::int32_t column = 0, row = 0;  ///< column and row of its top-left cell in the map
+  host::Raster<float> height;
+  host::Raster<float> sigma;
+  host::Raster<std::uint8_t> ortho;
+  host::Raster<std::uint16_t> count;
+  host::Raster<std::uint16_t> source;
   LaidGround laid;
 };
 
+/// A map that is read tile by tile.
 struct Mosaic {
   MapGeometry geometry;
-  std::int32_t tile_columns = 0, tile_rows = 0;  ///< tiles lie side by side and cover the map
-  /// None for a tile without any data. Several threads may call it at once.
+  std::int32_t tile_columns = 0, tile_rows = 0;  ///< number of tiles; they cover the map without overlap
+  /// Reads a tile; none for a tile without any data. Several threads may call the function at once.
   std::function<std::optional<MapTile>(std::int32_t tile_column, std::int32_t tile_row)> tile;
-  /// Tile (i, j) has the cells from column left + i * tile_side and row top + j * tile_side on, as far as they are in
-  /// the map: left and top are 0 or less.
+  /// Tile (i, j) has tile_side columns from left + i * tile_side and tile_side rows from top + j * tile_side, clipped
+  /// to the map. left and top are 0 or negative.
   std::int32_t tile_side = 0, left = 0, top = 0;
-  /// Of all that a tile depends on; none for a tile without any data. The function may be empty.
+  /// Digest of everything that a tile depends on; none for a tile without any data. The function may be empty.
   std::function<std::optional<std::uint64_t>(std::int32_t tile_column, std::int32_t tile_row)> digest;
-  HeightErrors errors;  ///< of the heights, beside those of matching
+  HeightErrors errors;  ///< for the components of the heights' errors that do not come from matching
 };
 
 }  // namespace ilp::map

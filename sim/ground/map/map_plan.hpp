@@ -1,4 +1,4 @@
-// Which tiles the map of a strip has, and what each of them depends on.
+// Plans the map of a strip: its cell size, its tiles, and what each tile depends on.
 #pragma once
 
 #include <cstdint>
@@ -10,19 +10,20 @@
 
 namespace ilp::map {
 
+/// What the plan needs of a keyframe; members as in KeyframeQuickLook.
 struct KeyframeView {
   std::uint64_t digest = 0;
   double ground_step = 0;
   MapBounds bounds;
 };
 [[nodiscard]] KeyframeView view_of(const KeyframeQuickLook& quick_look);
-/// The keyframes that have a surface.
+/// The keyframes that have a surface; key: keyframe id.
 using KeyframeViews = std::map<std::int64_t, KeyframeView>;
 
 struct TilePlan {
   intake::TilePlace place;
-  std::vector<std::int64_t> keyframes;  ///< that may touch the tile with its margin, rising
-  std::uint64_t digest = 0;             ///< of all that the painted tile depends on
+  std::vector<std::int64_t> keyframes;  ///< ids of keyframes that may touch the tile or its margin, ascending
+  std::uint64_t digest = 0;             ///< digest of the painted tile's inputs
 };
 
 struct MapPlan {
@@ -30,7 +31,7 @@ struct MapPlan {
   std::vector<TilePlan> tiles;  ///< along the flight
 };
 
-/// No tiles where the keyframes' bounds and steps make no map.
+/// Has no tiles if the keyframes' bounds and ground steps allow no map.
 [[nodiscard]] MapPlan plan_map(const KeyframeViews& views);
 
 }  // namespace ilp::map

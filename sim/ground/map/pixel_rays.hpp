@@ -1,4 +1,4 @@
-// The directions in which the pixels of a camera look.
+// The viewing rays of a camera's pixels, without distortion.
 #pragma once
 
 #include "fsw/vision/geometry/camera.hpp"
@@ -7,12 +7,13 @@
 namespace ilp::map {
 
 struct Ray {
-  float x = 0, y = 0;  ///< X/Z and Y/Z
+  float x = 0, y = 0;  ///< X/Z and Y/Z in the camera frame
 };
 
-/// Distortion is undone once per camera, not once per keyframe.
+/// Keeps the rays of the camera that was used last: distortion is removed once per camera, not once per keyframe.
 class PixelRays {
  public:
+  /// One ray per pixel. The reference holds until the next call.
   const host::Raster<Ray>& of(const CameraModel& camera);
 
  private:

@@ -1,4 +1,4 @@
-// How visible the borders of keyframes are in a map.
+// Measures how visible the borders between keyframes are in a map.
 #pragma once
 
 #include "sim/ground/intake/result_cache.hpp"
@@ -6,27 +6,28 @@
 
 namespace ilp::map {
 
-/// Root mean square of the second difference along rows and columns. A sample is at a border if the five cells about it
-/// come from different keyframes, and elsewhere if they come from one. Samples with an empty cell are left out, and so
-/// are the outermost two cells of every tile.
+/// RMS of second differences along rows and columns. A sample is five cells in a row or column. It is a border sample
+/// if its cells come from different keyframes, and another sample if all come from one keyframe. Samples with an empty
+/// cell are left out. No sample crosses the edge of a tile.
 struct Roughness {
   std::uint64_t border_samples = 0, other_samples = 0;
-  double border = 0, other = 0;
+  double border = 0, other = 0;  ///< RMS of the border samples and of the other samples
 
-  /// 0 without a border.
+  /// Ratio of `border` to `other`; 0 if there is no border sample or `other` is 0.
   [[nodiscard]] double ratio() const { return border_samples > 0 && other > 0 ? border / other : 0; }
 };
 
 struct SeamMeasure {
-  Roughness height;  ///< in cells: a second difference of 1 is a slope that changes by 45 degrees
-  Roughness grey;    ///< of the orthoimage, grey values
-  /// Of the orthoimage, grey values: root mean square of the difference between the means of 8 cells on both sides of
-  /// 8 more, where these 24 cells come from two keyframes that meet among the 8 in the middle; elsewhere those of one
-  /// keyframe 16 cells before and behind along the same row or column, since borders lie on rougher ground than most.
+  Roughness height;  ///< roughness of heights, in cells: 1 is a slope that changes from 0 to 45 degrees
+  Roughness grey;    ///< roughness of the orthoimage, grey values
+  /// Steps in the orthoimage, grey values. A sample is 24 cells in a row or column, and its step is the mean of the
+  /// last 8 minus the mean of the first 8. `border`: RMS of samples from two keyframes that meet in the middle 8 cells.
+  /// `other`: RMS of samples from one keyframe, 16 cells before or after a border sample: ground at borders is rougher
+  /// than most, so only ground near a border is compared with it.
   Roughness grey_step;
 };
 
-/// Reads every tile once, but for those whose sums `kept` has.
+/// Measures the whole map. Reads every tile once, except those whose sums `kept` has; `kept` may be null.
 [[nodiscard]] SeamMeasure measure_seams(const Mosaic& mosaic, intake::ResultCache* kept = nullptr);
 
 }  // namespace ilp::map

@@ -1,5 +1,5 @@
-// The map of a strip, merged tile by tile from the keyframes that touch each tile (decisions.md, 8). Only tiles whose
-// keyframes have changed are painted again; the result depends on the received data only, not on its order.
+// Merges the keyframes of a strip to a map, tile by tile (decisions.md, 8). Only tiles whose keyframes have changed are
+// painted again. The result depends on the received data, but not on their order.
 #pragma once
 
 #include <functional>
@@ -16,56 +16,59 @@
 namespace ilp::map {
 
 struct MapStatistics {
-  std::size_t tiles = 0, painted = 0;              ///< painted: in this run
-  std::uint64_t measured_cells = 0;                ///< that a keyframe's surface covers
-  double covered_area = 0;                         ///< square strip units
-  std::uint64_t seam_cells = 0;                    ///< where two keyframes cover a cell
-  double seam_step_median = 0, seam_step_p95 = 0;  ///< how much their heights differ there, strip units
+  std::size_t tiles = 0, painted = 0;  ///< tiles that are not empty; tiles painted in this run, not cached
+  std::uint64_t measured_cells = 0;    ///< cells that a keyframe's surface covers
+  double covered_area = 0;             ///< area of the measured cells, square strip units
+  std::uint64_t seam_cells = 0;        ///< times that a further keyframe covers a covered cell
+  /// Median and 95th percentile of the height differences between keyframes in these cells, strip units.
+  double seam_step_median = 0, seam_step_p95 = 0;
 };
 
 struct StripMap {
   Mosaic mosaic;
-  std::uint64_t digest = 0;  ///< of all that the mosaic depends on
+  std::uint64_t digest = 0;  ///< digest of the mosaic's inputs
   MapStatistics statistics;
-  std::map<std::int64_t, Balance> balance;  ///< by keyframe; empty where the pieces are shown as they are
+  std::map<std::int64_t, Balance> balance;  ///< key: keyframe id; empty: grey values are not changed
 };
 
-/// Called with the tiles done and all tiles, from one thread at a time.
+/// Called with the number of tiles done and of all tiles, by one thread at a time.
 using TileProgress = std::function<void(std::size_t, std::size_t)>;
 
 struct MapParams {
-  std::size_t chunk_bytes = std::size_t{96} << 20U;  ///< memory for pieces of surface
+  std::size_t chunk_bytes = std::size_t{96} << 20U;  ///< memory for surface patches
   std::size_t threads = 0;                           ///< 0: one per core
 };
 
 struct PaintedTiles {
-  std::vector<TileSummary> summaries;  ///< in the order of the plan, without what `totals` has
+  std::vector<TileSummary> summaries;  ///< in the order of the plan, without what `totals` took from them
   MapTotals totals;
-  std::size_t count = 0;  ///< that the cache did not have
+  std::size_t count = 0;  ///< tiles that were painted now, because the cache did not have them
 };
 
-/// Brings every painted tile of the plan into the cache.
+/// Paints the tiles of the plan that the cache does not have, and puts them into it.
 [[nodiscard]] PaintedTiles paint_tiles(const intake::Flight& flight, std::int64_t strip_id, const MapPlan& plan,
                                        intake::TileCache& cache, const MapParams& params, const TileProgress& progress);
 
-/// Seams are closed (seams.hpp), grey is balanced (balance.hpp), and pieces are blended (blend.hpp). The cell is the
-/// median distance of neighbouring pixels on the ground, to the nearest of 20 steps a decade, so that few late
-/// keyframes leave it as it is; coarser where the map would get absurdly large. `flight` and `cache` must outlive the
-/// mosaic. None when no keyframe of the strip has a surface.
+/// Makes the map of a strip: closes seams (seams.hpp), balances grey values (balance.hpp) and blends patches
+/// (blend.hpp). The cell size is the median distance of neighbouring pixels on the ground, rounded to one of 20
+/// logarithmic steps per decade, so that a few late keyframes do not change it; it is doubled until the map has a
+/// plausible size. `flight` and `cache` must outlive the mosaic. Returns none if no keyframe of the strip has a
+/// surface.
 [[nodiscard]] std::optional<StripMap> merge_strip(const intake::Flight& flight, const intake::Strip& strip,
                                                   const KeyframeViews& views, intake::TileCache& cache,
                                                   const MapParams& params, const TileProgress& progress);
 
+/// Limits of a grid in memory.
 struct GridParams {
-  std::int32_t max_side = 3000;  ///< cells
-  std::int64_t max_cells = 6000000;
+  std::int32_t max_side = 3000;      ///< largest number of columns and of rows
+  std::int64_t max_cells = 6000000;  ///< largest number of cells
 };
 
-/// The whole map. Where it would be too large, blocks of n x n cells become one cell with mean height, sigma and
-/// brightness, largest count, and first source.
+/// The whole map as one grid. If the map exceeds the limits, each block of n x n cells becomes one cell with their mean
+/// height, sigma and grey value, largest count and first source; n is the smallest that fits.
 [[nodiscard]] GroundGrid overview(const Mosaic& mosaic, const GridParams& params);
 
-/// Merges and returns the whole map in memory.
+/// Merges the strip without a lasting cache, and returns the whole map as one grid. Returns none as merge_strip does.
 [[nodiscard]] std::optional<GroundGrid> build_grid(const intake::Flight& flight, const intake::Strip& strip,
                                                    const GridParams& params);
 

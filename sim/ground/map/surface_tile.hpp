@@ -1,4 +1,4 @@
-// One tile of a strip's map: painted from the patches of the keyframes that touch it, and kept as bytes.
+// Makes one tile of a strip's map from the patches of the keyframes that touch it, and serialises it.
 #pragma once
 
 #include <algorithm>
@@ -21,57 +21,61 @@
 namespace ilp::map {
 
 inline constexpr std::int32_t tile_side_cells = 256;
-/// A painted tile has this many cells more on each side, so that its patches can be blended without its neighbours.
+/// A painted tile extends by this many cells on each side, so that its patches can be blended without other tiles.
 inline constexpr std::int32_t tile_margin_cells = std::max(seam_reach_cells, blend_reach_cells);
 inline constexpr std::int32_t painted_side_cells = tile_side_cells + 2 * tile_margin_cells;
 
+/// The surfaces of one keyframe (merge.hpp).
 struct TilePatch {
   std::int64_t keyframe_id = 0;
   std::shared_ptr<const SurfaceMesh> surface;
   std::shared_ptr<const SurfaceMesh> laid = nullptr;  ///< laid_surface; may be null
 };
 
-/// The part of a tile that the whole map needs; it is small, unlike the cells.
+/// What the map as a whole needs of a tile; small, unlike the cells.
 struct TileSummary {
-  std::vector<std::int64_t> keyframes;          ///< ids, by source - 1
-  std::vector<ShownPatch> shown;                ///< of each
-  std::uint64_t measured = 0;                   ///< cells with a count
-  std::uint64_t seam_cells = 0;                 ///< where two keyframes cover a cell
-  std::map<std::int32_t, std::uint32_t> steps;  ///< how much their heights differ there (seam_step)
+  std::vector<std::int64_t> keyframes;  ///< ids, index source - 1
+  std::vector<ShownPatch> shown;        ///< sums for each keyframe, index source - 1
+  std::uint64_t measured = 0;           ///< cells with a count above 0
+  std::uint64_t seam_cells = 0;         ///< times that a further keyframe covers a covered cell
+  /// Histogram of the height differences between keyframes in these cells; key: class (seam_step).
+  std::map<std::int32_t, std::uint32_t> steps;
   Seams seams;
-  /// Bounds of the cells with a height, in the tile; empty when right < left.
+  /// Columns and rows in the tile of the first and last cell with a height; no such cell if right < left.
   std::int32_t left = 0, top = 0, right = -1, bottom = -1;
   [[nodiscard]] bool empty() const { return right < left; }
 };
 
-/// Middle of a class of steps, in cells.
+/// The height difference in the middle of a class of TileSummary::steps, in cells.
 [[nodiscard]] double seam_step(std::int32_t step_class);
 
 struct SurfaceTile {
   TileSummary summary;
-  MapTile cells;  ///< with the margin; column and row 0; source by summary.keyframes
+  /// With the margin. column and row are 0; source is 1 + index in summary.keyframes.
+  MapTile cells;
 };
 
-/// Paints the patches in the order given, with rising ids. Seams are closed; exposures are not balanced, and patches
-/// not blended yet.
+/// Paints the patches in the order given, which is that of ascending ids, and closes seams. Grey values are not
+/// balanced and patches not blended yet; finish_tile does that. `cell`: side of a cell, strip units.
 [[nodiscard]] SurfaceTile paint_tile(const intake::TilePlace& place, double cell,
                                      const std::vector<TilePatch>& patches);
 
-/// Balances the grey of each keyframe (by source - 1), blends the patches of a painted tile, laid ground among them,
-/// and cuts the margin off.
+/// Balances the grey values of a painted tile, blends its patches, those of laid ground too, and removes the margin.
+/// `balance`: of each keyframe, index source - 1.
 [[nodiscard]] MapTile finish_tile(const intake::TilePlace& place, const MapTile& painted,
                                   const std::vector<Balance>& balance, double cell);
 
 [[nodiscard]] std::vector<std::uint8_t> bytes_of(const TileSummary& summary);
 [[nodiscard]] std::vector<std::uint8_t> bytes_of(const MapTile& cells);
-/// None when the bytes are not what bytes_of gave.
+/// Reads back what bytes_of wrote; none if the bytes are damaged.
 [[nodiscard]] std::optional<TileSummary> summary_from(std::span<const std::uint8_t> bytes);
-/// `side` cells each way.
+/// Reads back a tile of `side` x `side` cells; none if the bytes are damaged.
 [[nodiscard]] std::optional<MapTile> cells_from(std::span<const std::uint8_t> bytes, std::int32_t side);
 
-// Caches patches of surface for the tiles that are being painted; a patch is made when it is first needed.
+// A cache of surface patches for the tiles that are being painted.
 
-/// Holds the most recently used patches that fit into `bytes`. Several threads may call it at once.
+/// Makes patches on demand, and holds those most recently used that fit into `bytes`. Several threads may call it at
+/// once.
 class PatchCache {
  public:
   PatchCache(const intake::Flight& flight, std::size_t bytes) : flight_(flight), budget_(bytes) {}
@@ -83,7 +87,7 @@ class PatchCache {
   const intake::Flight& flight_;
   std::size_t budget_;
   std::mutex mutex_;
-  std::list<TilePatch> entries_;  ///< used last first
+  std::list<TilePatch> entries_;  ///< most recently used first
   std::size_t held_bytes_ = 0;
 };
 

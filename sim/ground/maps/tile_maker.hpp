@@ -1,4 +1,4 @@
-// A tile of a map from a piece of ground.
+// Makes the file of one map tile from a patch of ground.
 #pragma once
 
 #include <cstdint>
@@ -12,19 +12,19 @@
 
 namespace ilp::maps {
 
-/// Cells of a piece beyond the tile on each side: features at its border need them.
+/// Cells by which a patch extends beyond its tile on each side, because features at the tile's border need them.
 inline constexpr std::int32_t tile_margin = 32;
 
 struct TileParams {
-  Sun sun;                        ///< of the image
+  Sun sun;                        ///< sun in the image
   bool flat = true;               ///< divide the image by its shading
-  std::size_t features = 256;     ///< of a tile
-  std::optional<Sun> flight_sun;  ///< that the features are for; none: that of the image
-  double image_bits = 0.5;        ///< per pixel
-  double height_step_px = 0.02;   ///< of posts
+  std::size_t features = 256;     ///< features per tile
+  std::optional<Sun> flight_sun;  ///< sun for which the features are computed; none: that of the image
+  double image_bits = 0.5;        ///< bits per pixel of the coded image
+  double height_step_px = 0.02;   ///< quantisation step of the posts, pixels of the layer
 };
 
-/// Which tile, and the piece of ground around it, which is tile_margin larger on every side.
+/// The area of a tile's patch: the tile and tile_margin cells more on each side.
 [[nodiscard]] PatchArea area_of_tile(std::int32_t row, std::int32_t column);
 
 class TileMaker {
@@ -33,11 +33,12 @@ class TileMaker {
   ~TileMaker();
 
   struct Made {
-    std::vector<std::uint8_t> file;  ///< with map id 0; empty if the piece knows nothing of the tile
+    std::vector<std::uint8_t> file;  ///< with map id 0; empty if nothing of the tile is known
     std::size_t known_cells = 0, known_posts = 0;
-    double rough_as_imaged = 0, rough_flat = 0;  ///< of the light (roughness_of); equal where it is not divided
+    /// Roughness of the light (roughness_of) before and after division by the shading; equal if it is not divided.
+    double rough_as_imaged = 0, rough_flat = 0;
   };
-  /// std::runtime_error for heights that no tile holds.
+  /// Makes the tile's file. Throws std::runtime_error for heights outside the range of a tile.
   [[nodiscard]] Made make(const MapLayer& layer, const MapTilePlace& place, MapPatch patch);
 
  private:

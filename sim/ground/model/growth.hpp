@@ -1,4 +1,4 @@
-// How a model grows: units find their place in it one after the other, and it is adjusted as it grows.
+// Grows a model: places units in it one after the other, and adjusts it repeatedly.
 #pragma once
 
 #include <cstdint>
@@ -9,21 +9,24 @@
 
 namespace ilp::model {
 
-/// Bounds on reprojection errors: while units are placed, after all have been adjusted once, and in the end.
+/// Largest reprojection errors of inliers: while units are placed, after a first adjustment of all, and at the end.
 inline constexpr double placing_px = 6, adjusted_px = 3, final_px = 1.5;
 
-/// Triangulates, adjusts, and refuses what is off by more than `max_px`. `tolerance`: as in AdjustmentParams.
+/// Triangulates new points, adjusts the model, and refuses sightings with errors above `max_px`. `tolerance`: as in
+/// AdjustmentParams.
 void adjust_in_steps(const Scene& scene, double max_px, Model& model, double tolerance = AdjustmentParams{}.tolerance);
 
+/// Callers of close_loops limit `drift_px` to this.
 inline constexpr double most_drift_px = 120;
 
-/// A strip that has drifted sees its earlier ground many pixels from where its poses put it: adjusts the model in
-/// bounds that begin at twice as many. Bounds that are wider than the drift let wrong sightings lead a model whose
-/// strips are weakly connected into another minimum.
+/// Corrects the drift of a strip that sees earlier ground again. `drift_px`: error with which its poses project that
+/// ground. Adjusts the model with decreasing bounds (adjust_in_steps), from twice the drift down to placing_px. Wider
+/// bounds would let wrong sightings lead a weakly connected model into another minimum. `tolerance`: as in
+/// AdjustmentParams.
 void close_loops(const Scene& scene, double drift_px, Model& model, double tolerance = AdjustmentParams{}.tolerance);
 
-/// Places one unit after the other, that with most common tracks first, as long as one finds its place. `taken`: by
-/// unit, not 0 if it stands in some model.
+/// Places units in the model, next always the one with most tracks in common with it, until no other can be placed.
+/// Adjusts the model when it has grown. `taken`: for each unit, not 0 if it is in a model; is updated.
 void place_all(const Scene& scene, const std::vector<Unit>& units, std::vector<std::uint8_t>& taken, Model& model);
 
 }  // namespace ilp::model

@@ -1,4 +1,4 @@
-// How far the heights of two passes over the same ground differ, by the flight's poses and in the joined model.
+// Measures height differences between passes over the same ground, by the flight's poses and in the joined model.
 #pragma once
 
 #include <cstdint>
@@ -9,19 +9,19 @@
 
 namespace ilp::model {
 
-/// Keyframes of one strip that are this near to each other in it belong to one pass.
+/// Keyframes of one strip belong to one pass if their indices in it differ by at most this number.
 inline constexpr std::int64_t keyframes_of_one_pass = 8;
 
-/// The depths of a keyframe where its mask is set, row by row.
+/// The depth map of a keyframe inside its mask, stored sparsely by rows.
 class MaskedDepth {
  public:
   MaskedDepth() = default;
-  /// Decodes the depth product; empty where it does not decode or none came down.
+  /// Decodes the depth product; empty if it is missing or cannot be decoded.
   explicit MaskedDepth(const intake::Keyframe& keyframe);
 
   struct Pixel {
     std::int32_t x = 0, y = 0;
-    float inverse_depth = 0;  ///< in the unit of the keyframe's depth_scale
+    float inverse_depth = 0;  ///< 1 / unit of the keyframe's world (with its depth_scale)
   };
   template <typename Visit>
   void for_each(Visit visit) const {
@@ -30,11 +30,11 @@ class MaskedDepth {
         visit(Pixel{columns_[i], static_cast<std::int32_t>(y), inverse_depths_[i]});
     }
   }
-  /// Bilinear inverse depth at a pixel of the real image; 0 where one of the four pixels about it has none, or their
-  /// depths jump.
+  /// Bilinear inverse depth at a pixel of the real (distorted) image. 0 if one of the four pixels about it has no
+  /// depth, or a depth discontinuity lies between them.
   [[nodiscard]] double at(double x, double y) const;
   [[nodiscard]] bool empty() const { return columns_.empty(); }
-  [[nodiscard]] double median_depth() const;
+  [[nodiscard]] double median_depth() const;  ///< unit of the keyframe's world; 0: no depths
 
  private:
   [[nodiscard]] double pixel(std::int32_t x, std::int32_t y) const;
@@ -45,22 +45,22 @@ class MaskedDepth {
   std::vector<float> inverse_depths_;
 };
 
-/// A keyframe's depths in a world.
+/// The depth map of a keyframe with its pose in a world.
 struct Patch {
-  std::int64_t strip_id = 0, index = 0;  ///< strip of the flight, and its number in it
+  std::int64_t strip_id = 0, index = 0;  ///< strip of the flight, and index of the keyframe in it
   const CameraModel* camera = nullptr;
   const MaskedDepth* depth = nullptr;
   RigidTransform camera_from_world;
-  double depth_unit = 1;  ///< world units for a unit of the depths
+  double depth_unit = 1;  ///< depth in world units = depth_unit * depth of the map
 };
 
-/// Compares the pieces of different strips, and of one strip where more than keyframes_of_one_pass lie between them.
-/// Where a pixel of the later piece is seen in the earlier one, the step is the difference of the heights (z of the
-/// world) of the two surfaces on the line of sight of the earlier camera, divided by the mean distance of both cameras
-/// along their axes. The order of the pieces decides which is earlier.
+/// Compares patches of different passes: of different strips, or of one strip with an index difference above
+/// keyframes_of_one_pass. Each pixel of the later patch is projected into the earlier camera. If the earlier patch has
+/// a depth there, the step is the difference of the two surfaces' heights (world z) on this camera's line of sight,
+/// divided by the mean of both depths. Earlier means first in `patches`.
 [[nodiscard]] HeightSteps measure_height_steps(const std::vector<Patch>& patches);
 
-/// Measures the steps of each model. `flight` has been moved into them.
+/// Sets steps_before and steps_after of each model. The keyframes of `flight` must have been moved into the models.
 void state_height_steps(const intake::Flight& flight, JoinedFlight& joined);
 
 }  // namespace ilp::model

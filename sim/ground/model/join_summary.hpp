@@ -1,4 +1,4 @@
-// What the report says of a model.
+// Summarises joined models for the report.
 #pragma once
 
 #include "sim/ground/model/joined_model.hpp"
@@ -6,10 +6,11 @@
 
 namespace ilp::model {
 
+/// The summary of one model. `strip_id`: names the model and its world. `flight`: before it is moved into the model.
 [[nodiscard]] JoinedModel summary_of(const intake::Flight& flight, const Scene& scene, const Model& model,
                                      std::int64_t strip_id);
 
-/// `flight` as it came down. Strips with keyframes in none of the models, with the reason.
+/// The strips that have keyframes outside all models, with the reason. `flight`: before it is moved into the models.
 [[nodiscard]] std::vector<StripApart> strips_apart(const intake::Flight& flight,
                                                    const std::vector<JoinedModel>& models);
 

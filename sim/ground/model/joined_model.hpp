@@ -1,6 +1,6 @@
-// One model of all strips whose keyframes show the same ground. The flight's links begin it; the ground matches again
-// where images came down, first along the links, then wherever the model itself predicts common ground, and adjusts all
-// poses and points together (docs/one-map.md, "One model on the ground").
+// Joins strips whose keyframes show the same ground into one model. It starts from the flight's links. Where images
+// came down, the ground matches them again, first along the links, then wherever the model predicts common ground. Then
+// it adjusts all poses and points together (docs/one-map.md, "One model on the ground").
 #pragma once
 
 #include <cstdint>
@@ -16,81 +16,82 @@
 
 namespace ilp::model {
 
-/// Two keyframes that the flight has linked, and how far points of the earlier one are projected from where the newer
-/// one sees them, median, px.
+/// Two keyframes that the flight has linked, with median reprojection errors of their common points in the newer one.
 struct ClosedLink {
-  std::int64_t place_id = 0, keyframe_id = 0;
-  std::int64_t place_strip_id = 0, strip_id = 0;
-  std::size_t points = 0;  ///< of the model, seen by both
-  double before_px = 0;    ///< by the poses of the flight; 0: in two strips, or no such points
-  double after_px = 0;     ///< in the model
+  std::int64_t place_id = 0, keyframe_id = 0;     ///< earlier and newer keyframe
+  std::int64_t place_strip_id = 0, strip_id = 0;  ///< their strips in the flight
+  std::size_t points = 0;                         ///< points of the model that both see
+  double before_px = 0;                           ///< by the poses of the flight; 0: in two strips, or no such points
+  double after_px = 0;                            ///< in the model
 };
 
-/// How far the heights of different passes differ where they have depths of the same ground (height_steps.hpp), % of
-/// the flying height.
+/// Height differences between passes over the same ground, in % of the depth (height_steps.hpp).
 struct HeightSteps {
-  std::size_t samples = 0;  ///< pixels that were compared
-  std::size_t pairs = 0;    ///< of keyframes
+  std::size_t samples = 0;  ///< number of compared pixels
+  std::size_t pairs = 0;    ///< number of compared pairs of keyframes
   double median_percent = 0, p95_percent = 0;
 };
 
-/// A model on the map of an orbiter, by the fixes of its keyframes.
+/// How the fixes of its keyframes place a model on an orbiter's map.
 struct OnMap {
   intake::MapPlace map;
   struct Fix {
     std::int64_t keyframe_id = 0;
-    double sigmas = 0;  ///< norm of its six errors in the model, in stated ones
-    bool used = true;   ///< false: it contradicts the others and the images, and moves nothing
+    double sigmas = 0;  ///< norm of its six normalised residuals in the model (fix_errors)
+    bool used = true;   ///< false: an outlier against the other fixes and the images, without effect
   };
-  std::vector<Fix> fixes;  ///< by keyframe
-  std::size_t used = 0;
-  double error_factor = 1;  ///< errors of the fixes for a stated one, by how well neighbours agree; 1 or more
-  double image_factor = 1;  ///< how much more the images bend the model than their sightings state; 1 or more
-  /// Distances of the cameras from where all fixes of a strip put it as a whole: the drift that they have removed.
+  std::vector<Fix> fixes;   ///< in the order of the keyframe ids
+  std::size_t used = 0;     ///< number of used fixes
+  double error_factor = 1;  ///< as in FixWeights (model.hpp); 1 or more
+  double image_factor = 1;  ///< as in FixWeights; 1 or more
+  /// Drift that the fixes have removed: distances of the camera centres from where a similarity of the model as a whole
+  /// had put them.
   host::ErrorSummary removed_m;
 };
 
 struct JoinedModel {
-  std::int64_t strip_id = 0;         ///< in whose world it stands, and under whose number its keyframes are shown
-  std::vector<std::int64_t> strips;  ///< of its keyframes, by id
+  std::int64_t strip_id = 0;         ///< strip whose world the model has, and whose id its keyframes get
+  std::vector<std::int64_t> strips;  ///< ids of the strips that its keyframes were in, ascending
   struct Member {
-    std::int64_t keyframe_id = 0, strip_id = 0;  ///< strip as the flight states it
+    std::int64_t keyframe_id = 0, strip_id = 0;  ///< the strip is that of the flight
     bool posed_by_flight = false;
-    RigidTransform camera_from_strip;                  ///< as the flight states it, where it is posed by it
-    double depth_scale = 1;                            ///< units of the strip for a unit of the depths as sent
-    Vec3 before = Vec3::Zero(), after = Vec3::Zero();  ///< camera centres; `before` in its own strip's world
-    /// 0, or the only keyframe that shares ground with it, whose depths tell how far away it stands
-    /// (single_link_views.hpp).
+    RigidTransform camera_from_strip;  ///< the flight's pose; valid if posed_by_flight
+    double depth_scale = 1;            ///< Keyframe::depth_scale in the strip's world
+    /// Camera centre by the flight in its strip's world, and in the model.
+    Vec3 before = Vec3::Zero(), after = Vec3::Zero();
+    /// The only keyframe that shares ground with a single-link view, and whose depths give its distance
+    /// (single_link_views.hpp); 0: not a single-link view.
     std::int64_t attached_to = 0;
   };
-  std::vector<Member> members;  ///< by keyframe
+  std::vector<Member> members;  ///< in the order of the keyframe ids
   std::size_t points = 0, sightings = 0;
-  double median_error_px = 0;
-  std::optional<OnMap> on_map;  ///< none: it stands in the world of `strip_id`
-  bool by_ties = false;         ///< some strip stands where the flight's tie puts it, because too few images came down
+  double median_error_px = 0;   ///< median reprojection error
+  std::optional<OnMap> on_map;  ///< none: the model is in the world of `strip_id`
+  bool by_ties = false;         ///< the flight's tie alone places some strip, because too few images came down
   std::vector<ClosedLink> links;
   HeightSteps steps_before;  ///< by the poses of the flight and its ties
   HeightSteps steps_after;   ///< in the model
 };
 
+/// A strip with keyframes outside all models.
 struct StripApart {
   std::int64_t strip_id = 0;
-  std::size_t keyframes = 0;
-  std::string why;
+  std::size_t keyframes = 0;  ///< number of these keyframes
+  std::string why;            ///< in words
 };
 
 struct JoinedFlight {
   std::vector<JoinedModel> models;
-  std::vector<StripApart> apart;  ///< strips with keyframes in no model
+  std::vector<StripApart> apart;  ///< in the order of the strip ids
 };
 
-/// Called with the phase that begins.
+/// Called with the name of the phase that begins.
 using JoinProgress = std::function<void(const std::string&)>;
 
-/// Moves poses, points and depths of `flight` into the models, and the keyframes to the strip that names the model.
-/// Models with fixes on a map become one model that stands on it (map_fixes.hpp). Does nothing where neither a link
-/// nor three such fixes came down. The result depends on what came down only: `results`, which may be null, keeps
-/// what follows from images alone, and adjustments, and changes the time only.
+/// Makes the models, and moves poses, points and depths of `flight` into them; each keyframe gets the strip id of its
+/// model. Models with fixes on an orbiter's map become one model on that map (map_fixes.hpp). Does nothing if neither a
+/// link nor three such fixes came down. `results` caches work on images and adjustments, and does not change the
+/// result; it may be null.
 [[nodiscard]] JoinedFlight join_strips(intake::Flight& flight, const JoinProgress& progress,
                                        intake::ResultCache* results = nullptr);
 

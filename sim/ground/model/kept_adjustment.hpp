@@ -1,4 +1,4 @@
-// Adjustments that are kept from one ground run to the next.
+// Caches adjustments from one ground run to the next.
 #pragma once
 
 #include "sim/ground/intake/result_cache.hpp"
@@ -6,8 +6,8 @@
 
 namespace ilp::model {
 
-/// The same as adjust(); whether anything moved. What has been adjusted once, from the same start, is taken from
-/// `results`, which may be null.
+/// Does the same as adjust(), and returns Adjusted::moved. An equal problem that was adjusted before is taken from the
+/// cache `results`, which may be null.
 [[nodiscard]] bool adjust_once(AdjustmentProblem& problem, const AdjustmentParams& params,
                                intake::ResultCache* results);
 

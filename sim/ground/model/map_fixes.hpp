@@ -1,4 +1,4 @@
-// Fixes on the map of an orbiter in a model: where it stands on the map, and what the fixes say of its views.
+// Places a model on an orbiter's map by the fixes of its keyframes, and weighs the fixes against the images.
 #pragma once
 
 #include <cstdint>
@@ -10,32 +10,34 @@
 
 namespace ilp::model {
 
-/// Fewer fixes than these place no model: a wrong one would not be known among two.
+/// Fewest fixes that place a model: among two a wrong one could not be recognised.
 inline constexpr std::size_t least_fixes = 3;
 
-/// The map that most accepted fixes of the flight are on. Its plane has x to the east, y to the north, and z is the
-/// elevation (local_plane.hpp). None where the flight has fewer than least_fixes on it.
+/// The map with most accepted fixes of the flight; none if it has fewer than least_fixes. Its plane has x to the east
+/// and y to the north, and z is the elevation (local_plane.hpp).
 [[nodiscard]] std::optional<intake::MapPlace> map_of(const intake::Flight& flight);
 
-/// Moves the model as a whole to where its fixes on the map put it, and takes these fixes as priors of its views. False
-/// if fewer than least_fixes are on the map, or if they do not say what is up, where north is, and how long a unit: the
-/// model is as it was.
+/// Moves the model by the similarity that its fixes on the map determine, and makes these fixes priors of its views.
+/// Returns false, and does not change the model, if fewer than least_fixes are on the map, or if they do not determine
+/// the vertical, north and the scale.
 [[nodiscard]] bool place_on_map(const Scene& scene, const intake::MapPlace& map, Model& model);
 
-/// Models on one map in one.
+/// Unites models that are on one map. `parts` must not be empty.
 [[nodiscard]] Model united(const Scene& scene, std::vector<Model> parts);
 
-/// By fix of the model, the norm of its six residuals in units of its estimated errors, times FixWeights::error_factor.
+/// For each fix of the model, the norm of its six residuals, normalised by its estimated errors times
+/// FixWeights::error_factor.
 [[nodiscard]] std::vector<double> fix_errors(const Scene& scene, const Model& model);
 
-/// Weighs the fixes against the sightings of the model where it is placed now. Losses are as wide as most fixes are
-/// off. `adjusted`: the model has been adjusted to its fixes. What most of them are off by beyond their estimated
-/// errors is then theirs as far as neighbouring fixes differ, and otherwise the images': a lens that is not known well
-/// bends a model by more than its sightings state. False where nothing of that is left to change.
+/// Sets the weights of the fixes against the sightings from the model's current residuals. The scale of the loss
+/// follows the median residual. `adjusted`: the model has been adjusted to its fixes, so that the factors of FixWeights
+/// are estimated too. Fix residuals above the estimated errors raise error_factor as far as neighbouring fixes differ
+/// from each other; the rest raises image_factor, because a poorly known lens bends a model by more than the errors of
+/// its sightings explain. Returns whether a factor has changed noticeably.
 bool weigh_fixes(const Scene& scene, bool adjusted, Model& model);
 
-/// Least scale of Cauchy's loss of fixes, and from which error on a fix contradicts, in the units of fix_errors(). One
-/// of 360 000 right ones does.
+/// Smallest scale of Cauchy's loss of fixes, and error from which on a fix is an outlier; both as in fix_errors(). One
+/// of 360 000 right fixes exceeds the latter.
 inline constexpr double last_fix_loss = 5, contradicting_fix = 6;
 
 }  // namespace ilp::model

@@ -1,4 +1,4 @@
-// Pairs of keyframes that show the same ground by the poses and points of a model.
+// Predicts from poses and points of a model which pairs of keyframes show the same ground.
 #pragma once
 
 #include "sim/ground/model/model.hpp"
@@ -6,9 +6,10 @@
 
 namespace ilp::model {
 
-/// Pairs of which one is weakly connected and that share a seventh of the earlier one's points. Keyframes of a strip
-/// that are near each other in it are left out, because the flight's own points relate them. Each keyframe takes at
-/// most eight earlier ones, those with most common ground, so that the work is linear in the number of keyframes.
+/// Returns pairs of views with images to be matched. At least one of the two is weakly connected
+/// (weakly_connected_views), and the newer one sees at least a seventh of the earlier one's points. Keyframes near each
+/// other in one strip are left out, because the flight's own points relate them. A view has at most eight pairs with
+/// earlier views, those with most common ground, so that the number of pairs is linear in the number of keyframes.
 [[nodiscard]] std::vector<PairRelation> relations_by_model(const Scene& scene, const Model& model);
 
 }  // namespace ilp::model

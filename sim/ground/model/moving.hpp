@@ -1,4 +1,4 @@
-// From a finished model to the flight: in whose world the model stands, and how poses, points and depths move into it.
+// Moves the poses, points and depths of a flight into a finished model.
 #pragma once
 
 #include <cstdint>
@@ -9,15 +9,18 @@
 
 namespace ilp::model {
 
-/// The strip in whose world the model shall stand: the first one in metres, or else the first one with two poses.
+/// The strip whose world the model gets: among strips with two or more posed views in the model the first one in
+/// metres, or else the first one. 0: there is no such strip.
 [[nodiscard]] std::int64_t reference_strip(const intake::Flight& flight, const Scene& scene, const Model& model);
 
-/// The similarity that brings a strip nearest to where the model has its cameras; none for fewer than two of them.
+/// The similarity that best aligns the strip's cameras, by the flight's poses, with those of the model. None for fewer
+/// than two cameras.
 [[nodiscard]] std::optional<Similarity> model_from_strip(const Scene& scene, const Model& model, std::int64_t strip_id);
 
-/// Each keyframe takes its pose of the model, its points and depths move with it, and it belongs to `strip_id` from now
-/// on. `in_metres`: the model's unit is a metre, otherwise that of the strip. Its errors are those of the model where
-/// they are known, and otherwise the flight's in the model's unit. A keyframe without a pose of the flight gets one.
+/// Gives each keyframe of the model its pose in the model, moves its points and depths, and sets its strip to
+/// `strip_id`. A keyframe that the flight has not posed gets a pose too. The covariance is the model's if it is known,
+/// else the flight's in the model's unit. `in_metres`: the model's unit is the metre; otherwise it is that of the
+/// strip.
 void move_flight(const Scene& scene, const Model& model, std::int64_t strip_id, bool in_metres, intake::Flight& flight);
 
 }  // namespace ilp::model

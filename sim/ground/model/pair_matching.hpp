@@ -1,4 +1,4 @@
-// Matches of two keyframes: which pairs are worth it, and their corners by normalised cross correlation where a plane
+// Chooses pairs of keyframes, and matches their corners by normalised cross-correlation where a plane's homography
 // predicts them.
 #pragma once
 
@@ -9,27 +9,28 @@
 
 namespace ilp::model {
 
-/// Views a < b of the same ground, with the homography of its plane, row-major, real px of a to real px of b.
+/// Two views of the same ground, a < b, with the homography of its plane from real (distorted) px of a to those of b,
+/// row-major.
 struct PairRelation {
   std::uint32_t a = 0, b = 0;
   double plane_b_from_a[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-  float radius_px = 32;  ///< in which a corner is sought about its prediction
+  float radius_px = 32;  ///< search radius about the predicted position of a corner
 };
 
-/// By view: whether it has no pose, or its strip has few. Images hold new ground only, so that those of long strips
-/// that the flight has linked say little of what they have in common; of weakly connected ones they often do.
+/// For each view, not 0 if it has no pose or its strip has fewer than 8. Only pairs with such a view are matched again:
+/// downlinked images show new ground only, so that images of long strips show little ground in common.
 [[nodiscard]] std::vector<std::uint8_t> weakly_connected_views(const Scene& scene);
 
-/// The flight's links, where one of the keyframes is weakly connected.
+/// The pairs of the flight's links whose keyframes have images and of which at least one is weakly connected.
 [[nodiscard]] std::vector<PairRelation> relations_by_links(const intake::Flight& flight, const Scene& scene);
 
-/// Pairs that verify_place recognises, of those that have no relation yet and of which one keyframe is weakly
-/// connected.
+/// The pairs that verify_place recognises among all pairs with images of which at least one view is weakly connected.
+/// Pairs in `known`, and posed keyframes of one strip, are left out.
 [[nodiscard]] std::vector<PairRelation> relations_by_features(const Scene& scene,
                                                               const std::vector<PairRelation>& known);
 
-/// Matches the corners of each pair, in any order on all cores; each match becomes a sighting of the track of corner a
-/// in view b. A track without a sighting so far begins with corner a.
+/// Matches the corners of each pair in both directions, on all cores. A match of a corner becomes a sighting of its
+/// track in the other view. A corner without a track starts one. The result does not depend on the number of cores.
 void match_pairs(const std::vector<PairRelation>& relations, Scene& scene);
 
 }  // namespace ilp::model

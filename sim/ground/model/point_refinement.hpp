@@ -1,12 +1,12 @@
-// Points where the cameras stay as they are.
+// Refines the points of a model for fixed cameras.
 #pragma once
 
 #include "sim/ground/model/model.hpp"
 
 namespace ilp::model {
 
-/// Moves each placed point, by two to six steps of Gauss and Newton with Cauchy's loss, to where its sightings meet
-/// best. Points that stand by the depths about them stay.
+/// Minimises the reprojection errors of each placed point by two to six Gauss-Newton steps, with Cauchy's loss of scale
+/// `robust_px`. Points placed by depth (ModelPoint::by_depth) do not change.
 void refine_points(const Scene& scene, double robust_px, Model& model);
 
 }  // namespace ilp::model

@@ -1,4 +1,4 @@
-// Errors of adjusted cameras.
+// Covariances of the poses of adjusted cameras.
 #pragma once
 
 #include <array>
@@ -15,13 +15,14 @@ using PoseCovariance = std::array<double, 21>;
 
 [[nodiscard]] PoseCovariance lower_triangle(const Mat6& covariance);
 
-/// Squared error of one coordinate of a sighting, by the residuals for each degree of freedom, px^2. None where there
-/// are not more residuals than unknowns.
+/// Variance of one coordinate of a sighting: sum of squared residuals divided by the degrees of freedom, px^2. None if
+/// there are not more residuals than unknowns.
 [[nodiscard]] std::optional<double> variance_of_sightings(const AdjustmentProblem& problem);
 
-/// To first order: the inverse of the normal equations without the points (Triggs et al. 2000, 9.4), times the variance
-/// of sightings. Without priors the gauge has no error. Of any number of cameras: only the blocks of
-/// the inverse that the factors need are computed. Empty where the observations leave some camera free.
+/// Covariances of all cameras to first order: the inverse of the reduced normal equations (Triggs et al. 2000, 9.4)
+/// times the variance of sightings. Without priors the unknowns of the gauge have no error. Suits any number of
+/// cameras, because only the diagonal blocks of the inverse, and the blocks that these need, are computed. Empty if the
+/// observations do not determine some camera.
 [[nodiscard]] std::vector<PoseCovariance> pose_covariances(const AdjustmentProblem& problem);
 
 }  // namespace ilp::model

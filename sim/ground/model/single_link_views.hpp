@@ -1,5 +1,5 @@
-// Single-link views: keyframes that show ground in common with one keyframe of the model only. Two images alone do not
-// determine how far apart they are; the depth of the ground in the other keyframe's image does.
+// Places single-link views: keyframes that share ground with only one keyframe of the model. The points of two images
+// do not determine the length of their baseline; the depths in the other keyframe's image do.
 #pragma once
 
 #include <cstdint>
@@ -12,14 +12,15 @@
 
 namespace ilp::model {
 
-/// The depths by which single-link views are placed, for an adjustment.
+/// Provides an adjustment with the depths that fix the distances of single-link views.
 class SingleLinkDepths {
  public:
   SingleLinkDepths(const Scene& scene, const Model& model);
 
-  /// `depth.camera` is a view. None for a point that views measure without the single-link ones. All points of a
-  /// single-link view together keep their distance within a hundredth, or the relief of the other view's ground if that
-  /// is more.
+  /// The depth of a track in the view that a single-link view is attached to; `camera` is a view's index, and `point`
+  /// is not set. None if other views than single-link ones measure the point. The sigmas are such that all points of a
+  /// single-link view together fix the distance to 1 %, or to the relief of the ground relative to the depth if that is
+  /// more.
   [[nodiscard]] std::optional<AdjustedDepth> of(std::size_t track) const;
 
  private:
@@ -27,17 +28,18 @@ class SingleLinkDepths {
 
   const Scene& scene_;
   const Model& model_;
-  std::vector<ViewDepths> below_;  ///< by rung: the depths of points that no view of this rung or above sees
-  std::vector<double> sigma_;      ///< by view
+  std::vector<ViewDepths> below_;  ///< for each rung, depths of points that only views of lower rungs see
+  std::vector<double> sigma_;      ///< for each view, relative sigma of its depths
 };
 
-/// Places the keyframe without a pose that shares most points, 24 or more, with one view of the model: it is resected
-/// on them where the depths of that view put them. False if no such keyframe finds its place. `taken`: by unit.
+/// Places one keyframe without a pose: that which shares most points, at least 24, with one view of the model and can
+/// be resected on them. The depths of the model's view give the positions of the points. Returns false if there is no
+/// such keyframe. `taken`: for each unit, not 0 if it is in a model; is updated.
 [[nodiscard]] bool attach_single_link_view(const Scene& scene, const std::vector<Unit>& units,
                                            std::vector<std::uint8_t>& taken, Model& model);
 
-/// A single-link view that shares points with two views by now becomes an ordinary one. One that has lost its points
-/// leaves the model.
+/// Makes a single-link view an ordinary one if it now shares enough points with two views (rung_by_points). Removes a
+/// single-link view with too few points from the model.
 void review_single_link_views(const Scene& scene, Model& model);
 
 }  // namespace ilp::model

@@ -1,4 +1,4 @@
-// A part of a long flight, adjusted on its own.
+// Adjusts a part of a long flight by itself (a sub-map), and reduces it to equations of its cameras.
 #pragma once
 
 #include <cstdint>
@@ -15,34 +15,34 @@ namespace ilp::model {
 struct SubMapCamera {
   std::uint32_t view = 0;
   RigidTransform camera_from_map;
-  Vec6 right = Vec6::Zero();  ///< of the equations
+  Vec6 right = Vec6::Zero();  ///< right side of the equations
 };
 
-/// Half the squares of what the sub-map sees, as its cameras move by `m` (rotation vector in their axes and centre,
-/// where the map has them), with their points: m . A m / 2 - right . m, and a constant. Where the map as a whole
-/// is turned, moved or has another scale, nothing changes.
+/// An adjusted sub-map. If its cameras move by `m` (rotation vectors in their axes, and centres, from their poses in
+/// the map), and the points follow, half the sum of squared residuals becomes m . A m / 2 - right . m plus a constant.
+/// It does not change if the map as a whole is moved by a similarity.
 struct SubMap {
-  std::vector<SubMapCamera> cameras;  ///< by view
-  std::vector<CameraBlock> blocks;    ///< of A; rows and columns are places in `cameras`
+  std::vector<SubMapCamera> cameras;  ///< in the order of the views
+  std::vector<CameraBlock> blocks;    ///< blocks of A; rows and columns are indices in `cameras`
   struct Refused {
     std::size_t track = 0, sighting = 0;
   };
-  std::vector<Refused> refused;
+  std::vector<Refused> refused;  ///< outliers
   struct Point {
     std::size_t track = 0;
     bool by_depth = false;
     Vec3 position = Vec3::Zero();
   };
-  std::vector<Point> points;  ///< those that are placed, in the map's world
-  // The squares of its residuals, how much robust weights lessen them in A, and how many there are more than points
-  // have unknowns.
+  std::vector<Point> points;  ///< placed points, in the map's world
+  // Sum of the squared residuals; mean robust weight of the residuals in A; number of residuals minus unknowns of
+  // points.
   double squares = 0, weight = 1, redundancy = 0;
-  CommonErrors common;  ///< of its residuals
+  CommonErrors common;  ///< of the residuals
 };
 
-/// Adjusts the views and tracks of the plan alone, of which those that support it leave no residuals in the result,
-/// from the flight's poses, with bounds as those of a whole model. It depends on nothing else in the scene, and what
-/// was once adjusted is taken from the scene's results. None where too few views find a place.
+/// Adjusts the views and tracks of the plan, starting from the flight's poses, with the bounds of a whole model
+/// (growth.hpp). Residuals of the supporting tracks are not in the result. The result depends on nothing else of the
+/// scene, and is cached in the scene's results. None if fewer than two views can be placed.
 [[nodiscard]] std::optional<SubMap> adjusted_sub_map(const Scene& scene, const SubMapPlan& plan);
 
 }  // namespace ilp::model

@@ -1,4 +1,4 @@
-// The ties of the flight as similarities, where they hold on the ground.
+// Converts the flight's ties to similarities between the ground's worlds of strips.
 #pragma once
 
 #include <cstdint>
@@ -10,16 +10,16 @@
 
 namespace ilp::model {
 
-/// earlier_from_strip. None where the record is no similarity, or one of the strips is levelled: ties are in the worlds
-/// of the flight, and a levelled strip stands where the vehicle has measured it.
+/// The similarity earlier_from_strip of a tie. None if the record's values are implausible, or if one of the strips is
+/// levelled (level_strips.hpp): ties relate the onboard worlds, and levelling has changed the strip's world.
 [[nodiscard]] std::optional<Similarity> similarity_by_tie(const intake::Flight& flight, const TieRecord& tie);
 
-/// The world in which the strips that ties relate are compared: that of the earliest of them.
+/// The world that a strip shares with others by ties: that of the earliest strip of them.
 struct TiedWorld {
   std::int64_t strip_id = 0;
   Similarity world_from_strip;
 };
-/// By strip; each strip without a tie has its own.
+/// Key: strip id. A strip without a tie to an earlier one has its own world.
 [[nodiscard]] std::map<std::int64_t, TiedWorld> tied_worlds(const intake::Flight& flight);
 
 }  // namespace ilp::model

@@ -1,5 +1,4 @@
-// The depths that a world's points have in each of its keyframes, and what they say of the ground between and beside
-// them.
+// Interpolates depths in keyframes from the points that these see.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +10,8 @@
 
 namespace ilp::model {
 
-/// Points by track and poses by view; null: not in this world.
+/// Positions of tracks and poses of views in one world. The functions return null for a track or view that is not in
+/// it.
 struct World {
   std::function<const Vec3*(std::size_t)> point;
   std::function<const RigidTransform*(std::uint32_t)> pose;
@@ -21,14 +21,15 @@ class ViewDepths {
  public:
   ViewDepths(const Scene& scene, const World& world);
 
-  /// Inverse depth at an ideal pixel by the points within 40 px; none where there are none.
+  /// Inverse depth at an ideal pixel as weighted mean of the points within 40 px; none if there are no such points.
   [[nodiscard]] std::optional<double> near(std::uint32_t view, double x, double y) const;
-  /// By a plane through all points of the view, if they lie within 5 % of one: its inverse depth is linear in pixels.
-  /// Where the image is narrower than its focal length, within as much less: from far enough any ground looks flat.
+  /// Inverse depth at an ideal pixel on a plane through all points of the view; it is linear in the pixel. None if the
+  /// relief is above 5 %. If the image is narrower than the focal length, this limit is reduced by the ratio of width
+  /// to focal length, because a narrow field of view makes any ground look flat.
   [[nodiscard]] std::optional<double> plane(std::uint32_t view, double x, double y) const;
-  /// Median distance of the view's inverse depths from the plane, as a share of them; none where there is no plane.
+  /// Median relative deviation of the view's inverse depths from the plane; none if there is no plane.
   [[nodiscard]] std::optional<double> relief(std::uint32_t view) const;
-  /// Near, or else by the plane.
+  /// near(), or plane() if that has none.
   [[nodiscard]] std::optional<double> any(std::uint32_t view, double x, double y) const;
 
  private:
@@ -43,9 +44,9 @@ class ViewDepths {
   static Plane plane_through(const std::vector<InverseDepth>& depths, double most);
   const Plane& plane_of(std::uint32_t view) const;
 
-  std::vector<std::vector<InverseDepth>> depths_;  ///< by view
-  std::vector<double> most_relief_;                ///< by view, of points that a plane stands for
-  mutable std::vector<Plane> planes_;              ///< fitted when they are asked for: most worlds never need them
+  std::vector<std::vector<InverseDepth>> depths_;  ///< for each view, inverse depths of the points that it sees
+  std::vector<double> most_relief_;                ///< for each view, largest relief with a plane
+  mutable std::vector<Plane> planes_;              ///< for each view, fitted on demand, because few are needed
 };
 
 }  // namespace ilp::model

@@ -1,4 +1,4 @@
-// The similarity between two worlds by one keyframe that stands in one of them and sees points of the other.
+// Estimates the similarity between two worlds from one keyframe that has a pose in one and sees points of the other.
 #pragma once
 
 #include <cstdint>
@@ -11,23 +11,24 @@
 
 namespace ilp::model {
 
+/// A point of a world with its sighting in a view.
 struct SeenPoint {
   Vec3 position = Vec3::Zero();
   Sighting seen;
 };
-using SeenPoints = std::vector<std::vector<SeenPoint>>;  ///< by view
+using SeenPoints = std::vector<std::vector<SeenPoint>>;  ///< for each view, the points that it sees
 
-/// A sighting fits a similarity within this distance.
+/// Largest reprojection error of an inlier.
 inline constexpr double fits_px = 4;
 
-/// Whether so many sightings that fit place a unit: 12, and a quarter of all.
+/// Whether `fit` inliers of `all` sightings suffice to place a unit: at least 12, and at least a quarter of all.
 inline constexpr std::size_t min_sightings = 12;
 [[nodiscard]] constexpr bool enough(std::size_t fit, std::size_t all) {
   return fit >= min_sightings && 4 * fit >= all;
 }
 
-/// Points of one world in the views for which `wanted` holds. A track that has no point yet, but is seen by a view of
-/// the world, stands where the depths there put it.
+/// The points of a world that the views with `wanted(view)` see. A track without a point in the world gets its position
+/// from the depths in a view of the world that sees it (position_in).
 template <typename Wanted>
 [[nodiscard]] SeenPoints seen_points(const Scene& scene, const World& world, const ViewDepths& depths, Wanted wanted);
 
@@ -35,20 +36,24 @@ struct Resected {
   RigidTransform camera_from_world;
   std::size_t inliers = 0;
 };
-/// None if 10 points do not agree. Matches on the edge of a body that turns fit a camera that has only turned, at the
-/// place of another keyframe of the points' `world`. Where more than a tenth of all contradict such a pose, one on
-/// these alone is taken if enough of all fit it and half of these, and none otherwise.
+/// Estimates a view's pose from the points that it sees; none if fewer than 10 agree. A pose at the position of another
+/// keyframe of `world` is suspect, because matches on the limb of a rotating body fit a camera that has only rotated.
+/// If more than a tenth of the points contradict a suspect pose, a second pose is estimated from these alone. It is
+/// taken if it is not suspect, enough of all points fit it (enough()), and at least half of these; otherwise there is
+/// none.
 [[nodiscard]] std::optional<Resected> resect_view(const Scene& scene, std::uint32_t view,
                                                   const std::vector<SeenPoint>& seen, const World& world);
 
-/// points_from_view: attitude and place of view `v` from its resection on `seen`, which are points of another `world`
-/// than that in which it has `pose`; the scale from the depths of both worlds' points in its image, of points near each
-/// other if there are eight. None if 10 points do not agree, or the depths do not tell.
+/// The similarity from the world in which view `v` has the pose `pose` to the world `world` of the points `seen`.
+/// Rotation and translation come from the resection of the view on these points. The scale is the median ratio of the
+/// depths in both worlds: at points near each other in the image (ViewDepths::near) if there are eight, else at any
+/// (ViewDepths::any). `depths`: of the view's world. None if the resection fails or there are fewer than eight ratios.
 [[nodiscard]] std::optional<Similarity> similarity_by_view(const Scene& scene, std::uint32_t v,
                                                            const std::vector<SeenPoint>& seen, const World& world,
                                                            const RigidTransform& pose, const ViewDepths& depths);
 
-/// Where a track stands in a world: at its point, or where the depths of a view that sees it put it.
+/// Position of a track in a world: its point, or else the position from the interpolated depth in a view that sees it.
+/// None if there is neither.
 [[nodiscard]] std::optional<Vec3> position_in(const Scene& scene, const World& world, const ViewDepths& depths,
                                               std::size_t track);
 

@@ -1,4 +1,4 @@
-// What an operator must know of the flight's camera first: the images did not determine it, or do not fit it.
+// Warns the operator about the flight's camera: the images did not determine it, or do not fit it.
 #pragma once
 
 #include <string>
@@ -8,8 +8,7 @@
 
 namespace ilp::report {
 
-/// Sentences: what was found out, what follows from it, and what to do. Empty where nothing is known against the
-/// camera.
+/// Sentences on what was found, what follows from it, and what to do. Empty if nothing indicates a wrong camera.
 [[nodiscard]] std::vector<std::string> camera_lines(const intake::Flight& flight);
 
 }  // namespace ilp::report

@@ -1,4 +1,4 @@
-// Parts of report.json that stand alone.
+// Makes parts of report.json.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -7,14 +7,14 @@
 
 namespace ilp::report {
 
-/// What the flight itself says of its errors, one sigma, in per cent of the flying height; null where it says nothing.
+/// The errors that the flight has estimated, standard deviations in % of the flying height; null if there are none.
 [[nodiscard]] nlohmann::ordered_json estimated_errors_json(const Report& report);
-/// In the order of the flight.
+/// All housekeeping reports, in the order of the flight.
 [[nodiscard]] nlohmann::ordered_json housekeeping_json(const intake::Flight& flight);
-/// The latest; null where none came.
+/// The latest record of storage or of timing; null: none came.
 [[nodiscard]] nlohmann::ordered_json storage_json(const intake::Flight& flight);
 [[nodiscard]] nlohmann::ordered_json timing_json(const intake::Flight& flight);
-/// What the page shows of score.json; unknown values are null.
+/// The part of score.json that the page shows; unknown values are null.
 [[nodiscard]] nlohmann::ordered_json score_json(const ScoreFile& score);
 
 }  // namespace ilp::report

@@ -1,4 +1,4 @@
-// Writes one JSON object a value, or an element of a list, at a time, so that its memory does not grow with it.
+// Writes a JSON object value by value, and lists element by element, so that memory does not grow with the object.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -11,7 +11,7 @@ namespace ilp::report {
 
 using Json = nlohmann::ordered_json;
 
-/// No text in it ends the element of a page that carries it.
+/// Writes one object. It escapes `<`, so that no text can end the HTML element that contains the object.
 class JsonWriter {
  public:
   JsonWriter(std::ostream& out, JsonStyle style) : out_(out), indented_(style == JsonStyle::indented) { out_ << "{"; }
@@ -26,7 +26,7 @@ class JsonWriter {
     write(element);
   }
   void end_list() { close("]"); }
-  /// Inside it, put() adds members.
+  /// Begins an object as a member. Until end_object(), put() adds members to it.
   void begin_object(const char* key) { open(key, "{"); }
   void end_object() { close("}"); }
   void end() {
@@ -55,7 +55,7 @@ class JsonWriter {
     first_ = false;
   }
   [[nodiscard]] std::string line_break() const { return indented_ ? "\n" + std::string(depth_, ' ') : ""; }
-  /// Strings hold no line break as it is, so that every one is followed by an indentation.
+  /// Indents every line: JSON strings contain no raw line breaks, so that each break is one of the layout.
   void write(const Json& value) {
     // Names from hostile files need not be UTF-8.
     const std::string text = value.dump(indented_ ? 1 : -1, ' ', false, Json::error_handler_t::replace);

@@ -1,4 +1,4 @@
-// A page in one file that its script draws of its data.
+// Writes a page in one HTML file, with the script that draws it from the data that it contains.
 #pragma once
 
 #include <functional>
@@ -8,13 +8,13 @@
 
 namespace ilp::report {
 
-/// JSON for the element <script id=NAME>, with no `<` in it (JsonWriter).
+/// Data of a page: `write` writes JSON without `<` (JsonWriter) into the element <script id=NAME>.
 struct PageData {
   const char* name;
   std::function<void(std::ostream&)> write;
 };
 
-/// `without_script` is what a browser without JavaScript shows, as HTML.
+/// `without_script`: HTML that a browser without JavaScript shows.
 void write_page(const std::string& title, const std::string& without_script, std::initializer_list<PageData> data,
                 std::ostream& out);
 

@@ -1,4 +1,4 @@
-// The script and style of the page, which the build makes of the files in page/.
+// Script and style of the page. The build makes them from the files in page/.
 #pragma once
 
 #include <string_view>

@@ -1,4 +1,4 @@
-// The strip seen from above, turned so that the flight goes from left to right.
+// Makes pictures of a strip seen from above, rotated so that the flight goes from left to right.
 #pragma once
 
 #include <array>
@@ -9,10 +9,11 @@
 
 namespace ilp::report {
 
-/// Maps between the world's x, y and picture pixels. `along` is measured in the flight direction, `across` to its left.
+/// Transforms between the world's x, y and pixels of a picture. `along`: coordinate in the flight direction; `across`:
+/// coordinate to its left; both in strip units.
 struct PlanView {
-  double cosine = 1, sine = 0;  ///< of the flight direction in the world
-  double along_low = 0, across_high = 0;
+  double cosine = 1, sine = 0;            ///< of the flight direction's angle in the world
+  double along_low = 0, across_high = 0;  ///< coordinates of the picture's pixel (0, 0)
   double unit_per_px = 1;
   std::int32_t width = 0, height = 0;
 
@@ -27,24 +28,25 @@ struct PlanView {
   }
 };
 
-/// Frames the grid (may be null) and the track, at most max_width by max_height pixels.
+/// A view that contains the grid (may be null) and the track, at most max_width by max_height pixels.
 [[nodiscard]] PlanView make_plan_view(const map::GroundGrid* grid, const std::vector<Vec3>& track,
                                       std::int32_t max_width, std::int32_t max_height);
 
-/// The grid resampled to the view's pixels, small holes closed, contrast stretched: for pictures only.
+/// The grid resampled to the view's pixels, with small holes closed and contrast stretched: for pictures only.
 struct ViewSurface {
-  host::Raster<float> relief;  ///< height above the mean plane, strip units; NaN where none was measured
-  host::Raster<float> laid;    ///< the same where ground is laid on interpolated heights, else NaN
+  host::Raster<float> relief;  ///< height above the mean plane, strip units; NaN: not measured
+  host::Raster<float> laid;    ///< the same for ground on interpolated heights (LaidGround); NaN elsewhere
   host::Raster<std::uint8_t> ortho;
-  host::Raster<float> shade;  ///< 0 dark to 1 bright, lit from the upper left
-  double exaggeration = 1;    ///< of heights in the shading
+  host::Raster<float> shade;  ///< shading, 0 dark to 1 bright, lit from the upper left
+  double exaggeration = 1;    ///< factor of heights in the shading
 };
 [[nodiscard]] ViewSurface resample(const map::GroundGrid& grid, const map::Plane& plane, const PlanView& view);
 
-/// Laid ground is hatched in laid_hatch; transparent where there is none either.
+/// The orthoimage. Ground on interpolated heights is hatched in the colour laid_hatch; other pixels without a height
+/// are transparent.
 inline constexpr host::Rgba laid_hatch{214, 130, 70, 255};
 [[nodiscard]] host::Raster<host::Rgba> ortho_picture(const ViewSurface& surface);
-/// Heights above the mean plane in colours, shaded.
+/// Heights above the mean plane, colour-coded and shaded.
 [[nodiscard]] host::Raster<host::Rgba> relief_picture(const ViewSurface& surface, const host::ValueRange& range,
                                                       host::ColourMap colours = host::viridis);
 

@@ -1,4 +1,4 @@
-// The whole content of the report, gathered before it is written as JSON and as a page.
+// The content of the report, and its writers for JSON and the page.
 #pragma once
 
 #include <filesystem>
@@ -35,18 +35,18 @@ struct ImageQuality {
 
 struct StripResult : exports::ExportedStrip {
   std::size_t posed = 0;
-  double track_length = 0;    ///< strip units, path over the posed keyframes
-  double flying_height = 0;   ///< strip units, median depth
-  double mask_share = 0;      ///< newly seen pixels with depth / pixels of the posed keyframes' images
-  map::MapGeometry geometry;  ///< of the map itself
+  double track_length = 0;    ///< path length over the posed keyframes, strip units
+  double flying_height = 0;   ///< median depth, strip units
+  double mask_share = 0;      ///< newly seen pixels with a depth divided by all pixels of the posed keyframes
+  map::MapGeometry geometry;  ///< grid of the map; the member `grid` may be an overview
   map::MapStatistics map;
   map::SeamMeasure seams;
-  map::HeightErrors errors;                      ///< of the heights, beside those of matching
-  map::HeightErrorParts usual_errors;            ///< medians over the cells of the grid; strip units
-  std::map<std::int64_t, map::Balance> balance;  ///< of the orthoimage, by keyframe
+  map::HeightErrors errors;
+  map::HeightErrorParts usual_errors;            ///< medians over the cells of the grid, strip units
+  std::map<std::int64_t, map::Balance> balance;  ///< corrections in the orthoimage; key: keyframe id
   exports::ColmapCounts colmap;
   std::optional<StripAccuracy> accuracy;
-  std::optional<landing::StripLanding> landing;  ///< where it was asked for
+  std::optional<landing::StripLanding> landing;  ///< none: not asked for
 };
 
 struct Report {
@@ -56,66 +56,68 @@ struct Report {
   intake::Outbox outbox;
   intake::Flight flight;
   model::JoinedFlight joined;                  ///< already applied to `flight`
-  fixes::FixSummary fixes;                     ///< by the poses of the flight; empty without a map
-  std::shared_ptr<fixes::MapImage> map;        ///< that the flight carried; none: not at hand
+  fixes::FixSummary fixes;                     ///< from the poses before strips were joined; empty without a map
+  std::shared_ptr<fixes::MapImage> map;        ///< the map that the flight carried; null: not available
   std::vector<control::StripControl> control;  ///< already applied to `flight`; empty without control points
   std::vector<StripResult> strips;
   std::optional<intake::FlightInfo> info;
   std::map<std::int64_t, map::KeyframeQuickLook>
-      quick_looks;  ///< without their pictures, where `whole_quick_look` gives them
-  std::function<map::KeyframeQuickLook(std::int64_t)> whole_quick_look;  ///< of a keyframe of `looks`; may be empty
+      quick_looks;  ///< key: keyframe id; without pictures if `whole_quick_look` is set
+  /// Returns the quick-look of a keyframe of `quick_looks` with its pictures; may be empty.
+  std::function<map::KeyframeQuickLook(std::int64_t)> whole_quick_look;
   std::vector<intake::Missing> missing;
   std::map<std::int64_t, ImageQuality> image_quality;
   std::optional<ScoreFile> score;
-  std::vector<std::string> tables;  ///< CSV files of the flight
-  bool with_copies = true;          ///< model.ply and the PFM files stay
-  bool has_viewer = false;          ///< viewer.html lies beside the report
+  std::vector<std::string> tables;  ///< names of the CSV files
+  bool with_copies = true;          ///< copies are kept (is_copy in result_files.hpp)
+  bool has_viewer = false;          ///< viewer.html was written
 };
 
-/// Sums that both writers need.
+/// Totals over all keyframes, products, files and events.
 struct ReportTotals {
   std::size_t keyframes = 0, posed = 0, with_depth = 0;
   std::size_t products = 0, over_grant = 0;
   std::uint64_t product_bytes = 0, received_bytes = 0;
   std::size_t files_used = 0, files_skipped = 0;
   std::size_t events_medium = 0, events_high = 0;
-  double product_pixels = 0;  ///< of the images of keyframes with an image product
+  double product_pixels = 0;  ///< total number of pixels of the keyframes with an image product
 };
 [[nodiscard]] ReportTotals totals(const Report& report);
 
-/// In what lengths of a strip are told: metres where they are known, by the flight or by an anchor.
+/// The unit for lengths of a strip: metres if they are known from the flight or an anchor, else strip units.
 struct LengthUnit {
-  double factor = 1;  ///< for a unit of the strip
+  double factor = 1;  ///< length of a strip unit in this unit
   std::string name;
 };
 [[nodiscard]] LengthUnit length_unit(const Report& report, const StripResult& strip);
 
-/// How the strip ended, or of which strips of the flight it is joined; empty where no record has come.
+/// Text: how the strip ended, or from which strips of the flight it is joined. Empty if no record has come.
 [[nodiscard]] std::string strip_end(const Report& report, const intake::Strip& strip);
 
-/// One phrase per keyframe on what became of it.
+/// A phrase about the result of a keyframe: what is missing or has failed, if anything.
 [[nodiscard]] std::string keyframe_verdict(const intake::Keyframe& keyframe);
 [[nodiscard]] bool over_grant(const intake::ProductAccount& product);
 
-/// With pictures; an empty one for a keyframe without a look.
+/// The quick-look of a keyframe with pictures; an empty one if it has none.
 [[nodiscard]] map::KeyframeQuickLook look_of(const Report& report, std::int64_t keyframe_id);
 
-/// `indented` is as nlohmann's dump(1) writes it.
+/// Layout of report.json; `indented` is that of nlohmann's dump(1).
 enum class JsonStyle { indented, compact };
 
-// Written keyframe by keyframe, so that their memory does not grow with the flight.
-/// docs/maps.md describes it. Of the two styles, the page has the compact one.
+// The writers work keyframe by keyframe, so that their memory does not grow with the flight.
+/// Writes report.json (docs/maps.md). The page contains it in the compact style.
 void write_report_json(const Report& report, std::ostream& out, JsonStyle style = JsonStyle::indented);
 void write_report_html(const Report& report, std::ostream& out);
 
-// Compares decoded images with the originals.
+// Comparison of decoded images with the originals.
 
-/// PSNR of 8-bit images over the pixels where `mask` (may be empty: everywhere) is set, or not set. NaN when there are
-/// no such pixels, infinity when they are all exact.
+/// PSNR of 8-bit images in dB over the pixels where `mask` is set (`inside`) or not set. An empty mask is set
+/// everywhere. NaN if there are no such pixels, infinity if all are equal.
 [[nodiscard]] double psnr_db(ImageView<const std::uint8_t> decoded, ImageView<const std::uint8_t> original,
                              const host::Raster<std::uint8_t>& mask, bool inside);
 
-/// Compares all keyframes that have an original FOLDER/NAME of the same size; an unreadable original becomes a remark.
+/// Sets image_quality for all keyframes with an original FOLDER/NAME of the same size. An unreadable original gives a
+/// remark.
 void measure_image_quality(const std::filesystem::path& folder, Report& report);
 
 }  // namespace ilp::report

@@ -1,5 +1,5 @@
-// The operator's console behind the panel of commands: a thread that owns it, the lines that it has said, and the
-// orders that wait for it.
+// Runs the operator's console for the page's panel of commands: a thread that owns the console, a log of the console's
+// lines, and a queue of commands.
 #pragma once
 
 #include <atomic>
@@ -24,25 +24,25 @@ class CommandQueue {
   enum class Outcome : std::uint8_t { done, refused, unavailable };
   struct Answer {
     Outcome outcome = Outcome::done;
-    std::string text;  ///< the line as it was understood, or why nothing was sent
+    std::string text;  ///< the command as parsed if it was sent, else why it was not sent
   };
 
-  /// Begins at once; a flight that cannot be reached is tried again every 5 s.
+  /// Starts the thread, which connects to the flight; if that fails, it tries again every 5 s.
   explicit CommandQueue(console::OperatorSettings settings);
   ~CommandQueue();
   CommandQueue(const CommandQueue&) = delete;
   CommandQueue& operator=(const CommandQueue&) = delete;
 
-  /// A line as it is typed into ilp-ground console. What concerns the console itself (wait, quit) or files of this
-  /// computer (uplink) is refused. Waits until it is sent or refused.
+  /// Executes a line as typed into ilp-ground console, and waits until it is sent or refused. Refuses commands for the
+  /// console itself (wait, quit) and for files of this computer (uplink).
   [[nodiscard]] Answer enter(const std::string& line);
-  /// A line for all pages.
+  /// Adds a line to the log of all pages.
   void say(const std::string& text);
-  /// What is new since `place`, as JSON: {"place":TEXT,"full":BOOL,"lines":[[UTC_MS,TEXT]],"panel":[TEXT],
-  /// "waiting":[TEXT]}; everything that is kept (the latest 500 lines) if it is none or of another process. Waits until
-  /// there is something new, at most for `longest`.
+  /// The changes since `place` as JSON: {"place":TEXT,"full":BOOL,"lines":[[UTC_MS,TEXT]],"panel":[TEXT],
+  /// "waiting":[TEXT]}. Returns everything (the latest 500 lines) at once if `place` is none or of another process;
+  /// otherwise waits for a change, at most for `longest`.
   [[nodiscard]] std::string reports(const std::optional<Place>& place, std::chrono::milliseconds longest) const;
-  /// All waiting threads return, and no thread waits any more.
+  /// Ends all present and future waits.
   void end();
 
  private:

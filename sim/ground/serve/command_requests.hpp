@@ -1,4 +1,4 @@
-// Requests to the page's server that command the flight.
+// Answers the requests to the page's server that command the flight.
 #pragma once
 
 #include <string_view>
@@ -9,7 +9,7 @@
 
 namespace ilp::serve {
 
-/// What the server needs besides to take commands.
+/// What the server needs in addition for commands.
 struct Commands {
   TokenGuard guard;
   CommandQueue queue;
@@ -19,17 +19,17 @@ struct Commands {
 
 constexpr std::size_t most_command_bytes = 2048;
 
-/// These need the header "Authorization: Bearer TOKEN":
-///   POST /commands      {"line":TEXT}: sends a telecommand; 200 with the line as it was understood, or a text that
-///                       says why nothing was sent
-///   /reports?after=     what CommandQueue::reports gives; waits at most 5 s
-///   /help, /complete?typed=TEXT    lists of texts, as the console has them
-/// There are no cookies, and a POST needs the header "Origin" with this server's own address, so that no page of
-/// another site can send a command.
+/// Whether a path is one of these. They need the header "Authorization: Bearer TOKEN":
+///   POST /commands      {"line":TEXT}: sends a telecommand; 200 with the command as parsed, or another status with a
+///                       text that says why it was not sent
+///   /reports?after=     JSON of CommandQueue::reports; waits at most 5 s
+///   /help, /complete?typed=TEXT    lists of texts, as in the console
+/// There are no cookies, and a POST needs the header "Origin" with this server's own address, so that a page of another
+/// site cannot send a command.
 [[nodiscard]] bool is_command_path(std::string_view path);
 
-/// By its headers, before anything of a body is read; none: it may be answered. The right token gives the connection
-/// its standing in `places`.
+/// Checks the headers of a request before its body is read, and refuses it if necessary; none: it may be answered. The
+/// right token makes the connection trusted in `places`.
 [[nodiscard]] std::optional<MHD_Result> refuse_command(MHD_Connection* connection, bool post, Commands& commands,
                                                        ConnectionPlaces& places);
 [[nodiscard]] MHD_Result answer_command(MHD_Connection* connection, std::string_view path, bool post,

@@ -1,4 +1,4 @@
-// The places for connections of an HTTP server: who gives way to a new connection, and how long a request may take.
+// Limits the connections of an HTTP server: chooses which one is closed for a new one, and closes slow ones.
 #pragma once
 
 #include <microhttpd.h>
@@ -15,48 +15,50 @@
 
 namespace ilp::serve {
 
-/// A new connection always gets a place. When all are taken, one is closed: the oldest of those that ask, else of those
-/// that are answered, else of those that have shown the right token. A connection that has no whole request within
-/// `request` of its begin, or of the end of the answer before, is closed, however often it sends an octet. May be used
-/// by several threads.
+/// A new connection is always accepted. If the limit is reached, another one is closed: the oldest that is still
+/// sending its request, else the oldest that is being answered, else the oldest that has shown the right token. A
+/// connection is also closed if its request is not complete within `request` after its start or after the end of the
+/// answer before, even if it keeps sending octets. May be used by several threads.
 class ConnectionPlaces {
  public:
   using Clock = std::chrono::steady_clock;
   enum class Standing : std::uint8_t { asks, answered, trusted };
   struct Connection {
     int socket = -1;
-    SocketAddress local;  ///< at which it came
-    Clock::time_point begin, asks_since;
+    SocketAddress local;                  ///< address of this server that the client connected to
+    Clock::time_point begin, asks_since;  ///< start of the connection, and of its present request
     bool answering = false, trusted = false;
-    std::atomic<bool> gone = false;  ///< it has given way: whoever waits for it ends
+    std::atomic<bool> gone = false;  ///< it has been closed: a thread that waits for it ends
     [[nodiscard]] Standing standing() const {
       return trusted ? Standing::trusted : answering ? Standing::answered : Standing::asks;
     }
   };
 
-  /// `on_gone` wakes threads that wait for a connection, after it has given way.
+  /// `places`: largest number of connections. `on_gone` is called after a connection was closed for a new one; it wakes
+  /// threads that wait for a connection.
   ConnectionPlaces(unsigned places, std::chrono::milliseconds request, std::function<void()> on_gone);
   ~ConnectionPlaces();
   ConnectionPlaces(const ConnectionPlaces&) = delete;
   ConnectionPlaces& operator=(const ConnectionPlaces&) = delete;
 
-  /// For the library: more than the places, for the connections that are just being closed.
+  /// Connection limit for the library. It is larger, to allow for connections that are being closed.
   [[nodiscard]] unsigned library_limit() const { return 2 * places_ + 64; }
-  /// MHD_OPTION_NOTIFY_CONNECTION with this object.
+  /// Callback for MHD_OPTION_NOTIFY_CONNECTION; `self` is this object.
   static void on_connection(void* self, MHD_Connection* connection, void** context,
                             MHD_ConnectionNotificationCode code);
   [[nodiscard]] static Connection& of(MHD_Connection* connection);
+  /// The connection has shown the right token.
   void trust(Connection& connection);
-  /// Its request is whole.
+  /// The connection's request is complete.
   void answer(Connection& connection);
-  /// Its request is over; it may make another one.
+  /// The connection's request has been answered; another one may follow.
   void end_request(Connection& connection);
 
  private:
   void admit(MHD_Connection* connection, void** context);
   void remove(Connection* connection);
   void close(Connection& connection);
-  /// Whether a connection gave way.
+  /// Closes a connection if the limit is reached; returns whether it did.
   bool make_room();
   void watch();
 

@@ -1,4 +1,4 @@
-// A flight whose files arrive: repeats the run of ilp-ground when there are new ones, and publishes what has changed.
+// Follows a flight whose files arrive: repeats the run of ilp-ground for new files, and publishes the changes.
 #pragma once
 
 #include <chrono>
@@ -14,9 +14,9 @@ namespace ilp::serve {
 class LiveFlight {
  public:
   explicit LiveFlight(ground::GroundOptions options) : options_(std::move(options)), static_files_(options_.out) {}
-  /// Runs once if anything has changed since the look before. A run that fails is repeated at the next change, or after
-  /// a minute; its error is in the item "run" meanwhile. An empty folder is no error before the first run. One line per
-  /// update goes to `messages`.
+  /// Runs ilp-ground once if anything has changed since the call before. A run that fails is repeated at the next
+  /// change or after a minute; until then the item "run" has its error. An empty folder is no error before the first
+  /// run. Writes a line for each update to `messages`.
   void look(std::ostream& messages);
 
   [[nodiscard]] const StateLog& state() const { return state_; }
@@ -28,10 +28,10 @@ class LiveFlight {
   void run(std::ostream& messages);
 
   ground::GroundOptions options_;
-  std::optional<std::uint64_t> known_;  ///< digest of the inputs of the run before
+  std::optional<std::uint64_t> known_;  ///< digest of the last run's inputs
   Clock::time_point again_ = Clock::time_point::max();
   std::size_t updates_ = 0;
-  bool greeted_ = false;  ///< it was said that the first file is waited for
+  bool greeted_ = false;  ///< the message that it waits for the first file was written
   StateLog state_;
   StaticFiles static_files_;
 };

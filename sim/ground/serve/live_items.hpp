@@ -1,4 +1,4 @@
-// A run's report as the items of the live page (page/*.js reads them).
+// Converts a run's report to the items of the live page (page/*.js reads them).
 #pragma once
 
 #include <cstdint>
@@ -13,13 +13,14 @@
 
 namespace ilp::serve {
 
-/// PNG by its path on the server.
+/// PNG files; key: path on the server.
 using Pictures = std::map<std::string, std::shared_ptr<const std::vector<std::uint8_t>>>;
 
-/// report.json as items KEY. A list of objects is empty in it, and has an item KEY/ID or, without numbers of their own,
-/// KEY/INDEX for each of them; captures also have captures/list/ID. Of "files" there are those with a fault.
-/// "figures/NAME" (report::map_figures) and "results", the names of the files, are of the live page only. Numbers have
-/// nine digits, so that what only rounding changes is not sent again. The figures' pictures are put into `pictures`.
+/// Makes an item KEY of each member of report.json. A list of objects becomes an empty item KEY, and an item KEY/ID for
+/// each object, or KEY/INDEX if the objects have no ids; captures also have captures/list/ID. "files" has only files
+/// with a fault. Items of the live page alone are "figures/NAME" (report::map_figures) and "results" (the names
+/// `files`). Numbers have nine digits, so that values that only rounding changes are not sent again. Adds the pictures
+/// of the figures to `pictures`.
 [[nodiscard]] Items live_items(const report::Report& report, const std::set<std::string>& files, Pictures& pictures);
 
 }  // namespace ilp::serve

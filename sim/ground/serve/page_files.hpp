@@ -1,4 +1,4 @@
-// The files of the live page, which the build puts into the program.
+// The files of the live page, which the build embeds in the program.
 #pragma once
 
 #include <span>
@@ -7,7 +7,7 @@
 namespace ilp::serve {
 
 struct PageFile {
-  std::string_view name;  ///< such as main.js
+  std::string_view name;  ///< file name, such as main.js
   std::string_view text;
 };
 

@@ -1,4 +1,5 @@
-// The state of a live flight as items with names, and which of them have changed since the last answer to a page.
+// Keeps the state of a live flight as named items with versions, so that each page gets only the items that have
+// changed since its last answer.
 #pragma once
 
 #include <atomic>
@@ -14,47 +15,47 @@
 
 namespace ilp::serve {
 
-/// By name, such as "keyframes/12".
+/// Key: name, such as "keyframes/12".
 using Items = std::map<std::string, nlohmann::ordered_json>;
 
-/// The state that a page has, in text `PROCESS-VERSION`.
+/// Identifies the state that a page has. As text: `PROCESS-VERSION`.
 struct Place {
-  std::uint64_t process = 0;  ///< drawn for every StateLog
+  std::uint64_t process = 0;  ///< random number of the StateLog
   std::uint64_t version = 0;
 };
 [[nodiscard]] std::string text_of(const Place& place);
-/// None for any other text.
+/// Parses the text of a Place; none for any other text.
 [[nodiscard]] std::optional<Place> place_of(std::string_view text);
 
 struct Update {
-  Place place;            ///< the state of a page that has applied it
-  std::string json;       ///< {"full":BOOL,"set":{NAME:ITEM},"gone":[NAME]}; full: everything before it is void
-  std::size_t items = 0;  ///< in "set" and "gone"
+  Place place;            ///< state of a page that has applied the update
+  std::string json;       ///< {"full":BOOL,"set":{NAME:ITEM},"gone":[NAME]}; full: the page first removes all its items
+  std::size_t items = 0;  ///< number of items in "set" and "gone"
 };
 
-/// Every page gets each item that has changed since its place once, in its newest form. A slow page therefore skips
-/// what is out of date, and nothing is queued for it. May be used by several threads.
+/// An update contains each item that has changed since the page's Place once, in its newest version. A slow page
+/// therefore skips outdated versions, and nothing is queued for it. May be used by several threads.
 class StateLog {
  public:
   StateLog();
-  /// Replaces all items but those of `put`. What a page that was up to date is now sent.
+  /// Replaces all items except those set by `put`. Returns the update for a page that was up to date.
   Update replace(const Items& items);
-  /// Sets one item, which `replace` leaves alone.
+  /// Sets one item, which `replace` does not change.
   void put(const std::string& name, const nlohmann::ordered_json& item);
-  /// What is new since `place`; everything if it is none or of another process.
+  /// The changes since `place`; all items if it is none or of another process.
   [[nodiscard]] Update since(const std::optional<Place>& place) const;
-  /// Waits until there is something new since `place`, at most for `longest`, and no longer than until `stop` is true
-  /// and `wake` is called. False when there is nothing new, or at the end.
+  /// Waits for a change since `place`, at most for `longest`; ends earlier if `stop` is true when `wake` is called.
+  /// Returns false if nothing has changed, or after `end`.
   [[nodiscard]] bool wait(const Place& place, std::chrono::milliseconds longest, const std::atomic<bool>& stop) const;
   void wake();
-  /// All waiting threads return, and no thread waits any more.
+  /// Ends all present and future waits.
   void end();
 
  private:
   struct Item {
-    std::string json;  ///< empty: the item is gone
+    std::string json;  ///< empty: the item was removed
     std::uint64_t version = 0;
-    bool single = false;  ///< from `put`
+    bool single = false;  ///< set by `put`
   };
   void set(const std::string& name, std::string json, bool single);
   [[nodiscard]] Update update_since(const std::optional<Place>& place) const;

@@ -1,4 +1,4 @@
-// What the server gives besides the state: the pictures of the maps, and the files that a run has written.
+// The files of the server besides the state: pictures of maps, and the files that a run has written.
 #pragma once
 
 #include <cstdint>
@@ -14,20 +14,21 @@
 namespace ilp::serve {
 
 struct OpenFile {
-  bool known = false;  ///< the run's record names it
-  int file = -1;       ///< to be closed by the caller; -1: it cannot be read now
+  bool known = false;  ///< the file belongs to the run's results
+  int file = -1;       ///< file descriptor, to be closed by the caller; -1: the file cannot be read
   std::uint64_t bytes = 0;
 };
 
-/// Only names that were put here are found, so that no request leads to another file. May be used by several threads.
+/// Finds only names that were put, so that no request can read another file. May be used by several threads.
 class StaticFiles {
  public:
   explicit StaticFiles(std::filesystem::path folder) : folder_(std::move(folder)) {}
-  /// Pictures of the call before are kept too: a page may just be loading them.
+  /// Replaces pictures and names of files. Pictures of the call before can still be read, because a page may be loading
+  /// them.
   void put(Pictures pictures, std::set<std::string> files);
   /// Null for an unknown path.
   [[nodiscard]] std::shared_ptr<const std::vector<std::uint8_t>> picture(const std::string& path) const;
-  /// By its name below the folder. A symbolic link is not followed.
+  /// Opens a file by its name relative to the folder. Does not follow symbolic links.
   [[nodiscard]] OpenFile open(const std::string& name) const;
 
  private:

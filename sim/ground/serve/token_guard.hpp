@@ -1,4 +1,4 @@
-// The token that the panel of commands asks for.
+// Reads and checks the token that authorises commands from the page.
 #pragma once
 
 #include <array>
@@ -13,23 +13,23 @@
 
 namespace ilp::serve {
 
-/// Reads the token from `file`, or from the environment variable ILP_COMMAND_TOKEN if `file` is empty; the variable is
-/// then removed. 16 to 256 printable characters without blanks. Throws std::runtime_error with advice if there is none,
-/// if it is too short, or if others may read the file.
+/// Reads the token from `file`, or from the environment variable ILP_COMMAND_TOKEN if `file` is empty; then it removes
+/// the variable. A token has 16 to 256 printable characters without blanks. Throws std::runtime_error with advice if
+/// there is no token, the token is not valid, or other users may read the file.
 [[nodiscard]] std::string read_token(const std::string& file);
 
-/// Keeps no token, only its code under a key drawn at the start. The right token is right at any time, however many
-/// wrong ones come: who guesses must not shut the operator out. A token of 16 random characters is not guessed. May be
-/// used by several threads.
+/// Keeps only the HMAC of the token, with a random key. The right token is accepted after any number of wrong ones, so
+/// that an attacker cannot lock the operator out; 16 random characters cannot be guessed. May be used by several
+/// threads.
 class TokenGuard {
  public:
   using Clock = std::chrono::steady_clock;
 
   explicit TokenGuard(std::string_view token);
-  /// Takes the same time for any token of a length.
+  /// Takes the same time for all tokens of one length.
   [[nodiscard]] bool is_right(std::string_view token) const;
-  /// How many wrong tokens have come since the start, where the operator is to be told: at the first, then at most once
-  /// in `reported_every`.
+  /// Counts a wrong token. Returns their number since the start if the operator is to be informed: at the first, then
+  /// at most once in `reported_every`; else none.
   std::optional<std::uint64_t> count_wrong(Clock::time_point now);
 
   static constexpr std::chrono::seconds reported_every{10};

@@ -1,6 +1,6 @@
-// What a task is given: a file with all that its work depends on. A task reads neither the catalogue nor the outbox, so
-// that it may run on any machine that sees the file, and so that it needs as much memory for a long flight as for a
-// short one.
+// The input of a task: a file (package) with everything that its work depends on. A task reads neither the catalogue
+// nor the outbox, so that it can run on any machine with access to the file. Its memory does not depend on the length
+// of the flight.
 #pragma once
 
 #include <cstdint>
@@ -24,7 +24,7 @@ enum class WorkKind : std::uint8_t {
 [[nodiscard]] const char* name_of(WorkKind kind);
 [[nodiscard]] std::optional<WorkKind> kind_of(const std::string& name);
 
-/// Of a keyframe, packages hold what map::keyframe_digest depends on.
+// Keyframes in packages have only the members that map::keyframe_digest depends on.
 struct QuickLookBlock {
   std::int32_t width_px = 0;
   std::vector<intake::Keyframe> keyframes;
@@ -33,18 +33,19 @@ struct TileBlock {
   std::int64_t strip_id = 0;
   double cell = 0;
   std::vector<map::TilePlan> tiles;
-  std::vector<intake::Keyframe> keyframes;  ///< of the tiles, by id
+  std::vector<intake::Keyframe> keyframes;  ///< all keyframes of the tiles, in the order of the ids
 };
 struct FinishBlock {
   std::int64_t strip_id = 0;
   double cell = 0;
   std::vector<map::TileFinish> tiles;
-  std::vector<std::vector<std::uint8_t>> painted;  ///< cells of each, as painted
+  std::vector<std::vector<std::uint8_t>> painted;  ///< painted cells of each tile, serialised
 };
-/// A task holds one block of its package at a time.
+/// A part of a package; a task has one in memory at a time.
 using Block = std::variant<QuickLookBlock, TileBlock, FinishBlock>;
 
-/// The file has its name from `close` on only. Both functions throw std::runtime_error when it cannot be written.
+/// Writes a package under a temporary name; close() gives the file its name. Both functions throw std::runtime_error if
+/// the file cannot be written.
 class PackageWriter {
  public:
   explicit PackageWriter(std::filesystem::path file);
@@ -58,9 +59,9 @@ class PackageWriter {
 
 class PackageReader {
  public:
-  /// Throws std::runtime_error when the file cannot be read.
+  /// Throws std::runtime_error if the file cannot be read.
   explicit PackageReader(const std::filesystem::path& file);
-  /// None at the end. Throws std::runtime_error when the package is damaged.
+  /// The next block; none at the end. Throws std::runtime_error if the package is damaged.
   [[nodiscard]] std::optional<Block> next();
 
  private:

@@ -1,4 +1,4 @@
-// Cuts the work of a run into packages for tasks.
+// Divides the work of a run into packages for tasks.
 #pragma once
 
 #include <cstddef>
@@ -13,15 +13,16 @@
 
 namespace ilp::tasks {
 
-// Each function writes KIND-1.work to KIND-N.work below the work folder of `out`, in place of earlier ones of the kind,
-// with the work whose results the catalogue lacks: N is `tasks`, or less where there is less work. Neighbours on the
-// ground are in one package, so that few keyframes are decoded twice. Returns N. Throws std::runtime_error when a file
-// cannot be written.
+// Each function writes packages with the work whose results the catalogue does not have, and returns their number N: at
+// most `tasks`, fewer if there is less work. The packages are KIND-1.work to KIND-N.work in the work folder of `out`,
+// and replace earlier ones of the kind. Neighbours on the ground are in one package, so that few keyframes are decoded
+// twice. Throws std::runtime_error if a file cannot be written.
 
-/// Of the keyframes with these ids.
+/// Packages for the quick-looks of the keyframes with these ids.
 std::size_t plan_quick_looks(const intake::Flight& flight, const std::vector<std::int64_t>& ids, std::size_t tasks,
                              const std::filesystem::path& out);
 
+/// The tiles of one strip's map.
 struct StripTiles {
   std::int64_t strip_id = 0;
   map::MapPlan plan;
@@ -29,12 +30,13 @@ struct StripTiles {
 std::size_t plan_tiles(const intake::Flight& flight, const std::vector<StripTiles>& strips,
                        intake::Catalogue& catalogue, std::size_t tasks, const std::filesystem::path& out);
 
+/// The painted tiles of one strip's map that are to be finished.
 struct StripFinish {
   std::int64_t strip_id = 0;
   double cell = 0;
   std::vector<map::TileFinish> tiles;
 };
-/// The painted tiles must be in the catalogue.
+/// Packages for finishing tiles. The painted tiles must be in the catalogue.
 std::size_t plan_finish(const std::vector<StripFinish>& strips, intake::Catalogue& catalogue, std::size_t tasks,
                         const std::filesystem::path& out);
 

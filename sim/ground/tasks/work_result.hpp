@@ -1,5 +1,5 @@
-// What a task leaves: a file for each piece of its work, named by the digest of what the result depends on. A file is
-// whole or absent, so that a task may be killed at any time, and repeated.
+// The output of a task: a file for each result, named by the digest of the result's inputs. A file is complete or
+// absent, so that a task may be killed at any time and repeated.
 #pragma once
 
 #include <cstdint>
@@ -13,28 +13,29 @@
 
 namespace ilp::tasks {
 
-/// Below the folder of a run's results, which all machines see.
+/// Folder of packages and results of tasks, in the folder of a run's results. All machines must have access to it.
 [[nodiscard]] std::filesystem::path work_folder(const std::filesystem::path& out);
 
 struct WorkResult {
   WorkKind kind = WorkKind::quick_looks;
-  std::int64_t owner = 0;                    ///< keyframe of a quick-look, strip of a tile
-  intake::TilePlace place;                   ///< of a tile
-  std::uint64_t digest = 0;                  ///< of all that the result depends on, as the catalogue knows it
-  std::vector<std::uint8_t> summary, cells;  ///< a quick-look has no cells
+  std::int64_t owner = 0;                    ///< id of the quick-look's keyframe or of the tile's strip
+  intake::TilePlace place;                   ///< position of a tile
+  std::uint64_t digest = 0;                  ///< digest of the result's inputs; key in the catalogue
+  std::vector<std::uint8_t> summary, cells;  ///< content; a quick-look has no cells
 };
 
+/// File name of a result.
 [[nodiscard]] std::string name_of(WorkKind kind, std::int64_t owner, std::uint64_t digest);
 [[nodiscard]] bool has_result(const std::filesystem::path& folder, const std::string& name);
-/// Throws std::runtime_error when the file cannot be written.
+/// Throws std::runtime_error if the file cannot be written.
 void write_result(const WorkResult& result, const std::filesystem::path& folder);
 
 struct TakenIn {
-  std::size_t results = 0;
-  std::size_t damaged = 0;  ///< files that are not whole; their work is done again
+  std::size_t results = 0;  ///< results that are in the catalogue now
+  std::size_t damaged = 0;  ///< damaged files; their work is done again
 };
-/// Moves the results below the work folder of `out` into the catalogue. `progress` gets the number of results done and
-/// of all.
+/// Moves the results in the work folder of `out` into the catalogue. `progress` gets the number of results done and of
+/// all results.
 TakenIn take_in_results(const std::filesystem::path& out, intake::Catalogue& catalogue,
                         const std::function<void(std::size_t, std::size_t)>& progress);
 

@@ -1,4 +1,4 @@
-// The viewer's script and style, which the build bundles; all empty where it could not.
+// Script and style of the viewer. The build bundles them; all are empty if it could not.
 #pragma once
 
 #include <string_view>

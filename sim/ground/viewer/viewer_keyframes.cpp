@@ -1,4 +1,4 @@
-// Keyframes for the viewer: where they were taken, what they saw, what came down of them.
+// Makes the viewer's data of keyframes: their poses, the ground that they show, and the data that came down.
 #include <nlohmann/json.hpp>
 
 #include "sim/ground/viewer/viewer_data.hpp"

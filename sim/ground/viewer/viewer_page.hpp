@@ -1,4 +1,4 @@
-// The viewer: one HTML page with the flight in 3D, its script and all its data inside.
+// Writes the viewer: one HTML page that shows the flight in 3D and contains its script and all its data.
 #pragma once
 
 #include <iosfwd>
@@ -8,12 +8,12 @@
 
 namespace ilp::viewer {
 
-/// False where the build could not make the script (cmake says why).
+/// False if the build could not make the script (cmake says why).
 [[nodiscard]] bool viewer_available();
 
-/// Needs no network and no other file. With viewer_available() only.
+/// Writes the page, which needs no network and no other file. viewer_available() must be true.
 void write_viewer_html(const report::Report& report, std::ostream& out);
-/// The page of a downlink without usable data, with the reason.
+/// The page for a downlink without usable data. It shows `reason`.
 [[nodiscard]] std::string viewer_empty_html(const std::string& title, const std::string& reason);
 
 }  // namespace ilp::viewer

@@ -1,4 +1,4 @@
-// The surface of a strip for the viewer: every n-th cell, with values for covered cells only.
+// Makes the viewer's surface of a strip from every n-th cell, with values for cells with a height only.
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>

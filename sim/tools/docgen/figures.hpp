@@ -1,9 +1,9 @@
-// Measured figures of the pages: docs/figures/NAME.json holds a command, columns and rows, and its table stands in a
-// page between "<!-- figures: NAME -->" and "<!-- end -->".
+// Writes tables of measurements into pages: docs/figures/NAME.json has a command, columns and rows, and its table is in
+// a page between "<!-- figures: NAME -->" and "<!-- end -->".
 //
-//   {"command": ["sim/fly"],                                  lines; the first ones of the block
-//    "columns": [{"name": "error", "unit": "%"}, ...],        tests/docs_figures/figures says what else a column may
-//    have "rows": [["0.12", ...], ...]}                            a text for each column
+//   {"command": ["sim/fly"],                            lines of the command, printed above the table
+//    "columns": [{"name": "error", "unit": "%"}, ...],  for other members see tests/docs_figures/figures
+//    "rows": [["0.12", ...], ...]}                      a text for each column
 #pragma once
 
 #include <filesystem>
@@ -12,13 +12,14 @@
 
 namespace ilp::docgen {
 
-/// Command and table in Markdown. Throws std::runtime_error, which names the file, where it is not as above.
+/// Command and table of a file in Markdown. Throws std::runtime_error that names the file if it does not have this
+/// form.
 [[nodiscard]] std::string figures_table(const std::filesystem::path& file);
 
-/// The names of the blocks of a page, in its order. Throws std::runtime_error where a block has no end.
+/// Names of the blocks of a page, in the order of the page. Throws std::runtime_error if a block has no end.
 [[nodiscard]] std::vector<std::string> figures_of(const std::string& page);
 
-/// The page with each block as its file in `folder` has it. Throws std::runtime_error.
+/// The page with the content of each block replaced by the table of its file in `folder`. Throws std::runtime_error.
 [[nodiscard]] std::string with_figures(const std::string& page, const std::filesystem::path& folder);
 
 }  // namespace ilp::docgen

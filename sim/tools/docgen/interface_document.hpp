@@ -1,4 +1,4 @@
-// The interface control document of the packet link: what ground software has to know to command the package.
+// Generates the interface control document of the packet link, which authors of ground software need.
 #pragma once
 
 #include <string>

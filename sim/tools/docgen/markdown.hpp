@@ -1,4 +1,4 @@
-// Tables in Markdown whose cells may hold any text.
+// Writes tables in Markdown.
 #pragma once
 
 #include <string>
@@ -10,34 +10,34 @@ namespace ilp::docgen {
 
 using Cells = std::vector<std::string>;
 
-/// The text with characters that end a cell escaped; empty text stays empty.
+/// The text with `|`, which would end a cell, escaped.
 std::string cell(const std::string& text);
-/// The text as code.
+/// The text as code in a cell.
 std::string code(const std::string& text);
 std::string table_head(const Cells& titles);
 std::string table_row(const Cells& cells);
-/// The number with the fewest digits that give the same value when it is read again.
+/// The number with up to ten significant digits.
 std::string number(double value);
 
 // Cells of tables that state the values of parameters and of record fields.
 
-/// The meaning is not the name in other letters.
+/// Whether the meaning is more than the name with blanks for underscores.
 [[nodiscard]] bool says_more(const EnumValue& value);
 
 /// "0 `regular` (at a constant interval), 1 `forecast` (...)".
 [[nodiscard]] std::string values_text(EnumValues values);
 
-/// "0.5…0.98"; empty for a choice, whose names are its meaning's.
+/// "0.5…0.98"; empty for a choice, whose names `meaning_cell` lists.
 [[nodiscard]] std::string range_cell(const ParameterInfo& info);
 
-/// A value as a mission file would have it.
+/// A value as in a mission file: a number, or the name of a choice.
 [[nodiscard]] std::string value_cell(const ParameterInfo& info, double value);
 
-/// What a parameter or a field means, with its choices or its enumerated values.
+/// The description of a parameter or a field, with its choices or its enumerated values.
 [[nodiscard]] std::string meaning_cell(const ParameterInfo& info);
 [[nodiscard]] std::string meaning_cell(const FieldInfo& field);
 
-/// The field's description; empty where it is the name in other letters.
+/// The field's description; empty if it only repeats the name.
 [[nodiscard]] std::string description_cell(const FieldInfo& field);
 
 }  // namespace ilp::docgen

@@ -1,4 +1,4 @@
-// Reports of gpsd as navigation samples.
+// Converts reports of gpsd to navigation samples.
 #pragma once
 
 #include <gps.h>
@@ -8,8 +8,9 @@
 
 namespace ilp::gps {
 
-/// What gpsd knows of a position (TPV): longitude and latitude, the height above the ellipsoid and the velocity, where
-/// they are known with their errors. `utc` gets the time of the fix. False without a position, its error or its time.
+/// Converts a position report (TPV) to a sample: longitude, latitude, and where known with their errors the height
+/// above the ellipsoid and the velocity. gpsd's errors of 95 % become one sigma. `utc` gets the time of the fix.
+/// Returns false if position, its error or its time is not known.
 [[nodiscard]] bool sample_of(const gps_fix_t& fix, NavigationSample& sample, UtcNs& utc);
 
 }  // namespace ilp::gps

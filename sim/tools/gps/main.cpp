@@ -1,4 +1,4 @@
-// ilp-gps: positions from gpsd to the flight software, in packets as the vehicle's computer sends them.
+// ilp-gps: sends positions of gpsd to the flight software, in the packets of the vehicle's computer.
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <csignal>

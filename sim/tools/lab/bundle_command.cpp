@@ -1,4 +1,4 @@
-// bundle: one window of bundle adjustment.
+// bundle: solves one window of bundle adjustment.
 
 #include <filesystem>
 #include <initializer_list>

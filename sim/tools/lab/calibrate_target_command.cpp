@@ -1,5 +1,5 @@
-// calibrate-target: the camera that took pictures of a chessboard or ChArUco board, with what each picture says about
-// it.
+// calibrate-target: calibrates a camera from pictures of a chessboard or ChArUco board, and reports the fit of each
+// picture.
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
-// ChArUco boards: chessboards with markers in their white squares, of which a part may be seen, by OpenCV where this
-// build has it.
+// Detects ChArUco boards (chessboards with markers in the white squares), which may be partly visible. Needs a build
+// with OpenCV's ArUco.
 #pragma once
 
 #include <optional>
@@ -10,16 +10,17 @@
 
 namespace ilp::lab {
 
-/// Names of OpenCV's dictionaries of markers without DICT_, such as 5X5_100; empty in a build without it.
+/// Names of OpenCV's marker dictionaries without the prefix DICT_, such as 5X5_100; empty in a build without ArUco.
 [[nodiscard]] std::vector<std::string> marker_dictionaries();
 
-/// Corners of the part of the board that is seen, at least six in several rows and columns; `marker_share` is the side
-/// of a marker over that of a square. Nothing where too few markers are seen. Throws std::runtime_error that says what
-/// to do, where markers are seen that this board does not have or has elsewhere, and in a build without ArUco.
+/// Finds the visible corners of the board. `marker_share` is the ratio of the marker's side to the square's side. Empty
+/// unless at least six corners in two or more rows and columns are found. Throws std::runtime_error with advice if
+/// markers are seen that the board does not have or has at other positions, and in a build without ArUco.
 [[nodiscard]] std::optional<BoardCorners> find_charuco(const host::Raster<std::uint8_t>& picture, const Board& board,
                                                        const std::string& dictionary, double marker_share);
 
-/// The dictionary of which most markers are seen, the smallest of those that share them; empty below four markers.
+/// Finds the dictionary with most markers in the picture; of dictionaries with the same markers, the smallest. Empty
+/// for fewer than four markers.
 [[nodiscard]] std::string dictionary_in(const host::Raster<std::uint8_t>& picture);
 
 }  // namespace ilp::lab

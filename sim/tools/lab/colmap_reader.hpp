@@ -15,20 +15,21 @@ namespace ilp::lab {
 struct ColmapImage {
   std::string name;
   RigidTransform cam_from_world;
-  std::map<std::int64_t, Vec2> seen;  ///< 3D point id to px, pixel centres at integers
+  std::map<std::int64_t, Vec2> seen;  ///< id of a 3D point to its px, pixel centres at integers
 };
 
 struct ColmapModel {
   CameraModel camera;
   std::vector<ColmapImage> images;
-  std::map<std::int64_t, Vec3> points;
+  std::map<std::int64_t, Vec3> points;  ///< by id
 };
 
-/// cameras.txt, images.txt and points3D.txt of the folder. std::runtime_error names file and line and what was
-/// expected; an image with another camera than the file's first is refused.
+/// Reads cameras.txt, images.txt and points3D.txt of the folder. Throws std::runtime_error that names file and line,
+/// and what was expected; also for an image with another camera than the first one of the file.
 [[nodiscard]] ColmapModel read_colmap_model(const std::filesystem::path& folder);
 
-/// The image whose name is `file`, or has its file name. std::runtime_error when there is none.
+/// Finds the image with the name `file`, or else with the same file name without folders. Throws std::runtime_error if
+/// there is none.
 [[nodiscard]] const ColmapImage& find_image(const ColmapModel& model, const std::string& file);
 
 }  // namespace ilp::lab

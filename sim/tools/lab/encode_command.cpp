@@ -1,4 +1,4 @@
-// encode: an image to a JP2 file with a region of interest.
+// encode: encodes an image as a JP2 file with a region of interest.
 
 #include <algorithm>
 #include <cerrno>

@@ -1,4 +1,4 @@
-// The frame of all subcommands: command line, timing, verdicts, exit status.
+// Common parts of the subcommands of ilp-lab: command line, timing, verdicts, exit status.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -15,19 +15,20 @@
 
 namespace ilp::lab {
 
-/// Members keep their order. Numbers that are not finite are written as null.
+/// JSON whose members keep their order. Numbers that are not finite become null.
 using Json = nlohmann::ordered_json;
 
-/// A mistake in the command line: exit status 2. Anything else that is thrown is bad input: exit status 1.
+/// Thrown for a mistake in the command line (exit status 2). Any other exception means bad input (exit status 1).
 using UsageError = host::WrongUsage;
 
-/// Runs a subcommand; the argument is --repeat. What it returns is printed, a string as the text that it is.
+/// Runs a subcommand. `repeat` is the value of --repeat. The result is printed as JSON, a string as plain text.
 using Command = std::function<Json(int repeat)>;
 
 class Lab {
  public:
   explicit Lab(CLI::App& app) : app_(app) {}
-  /// A subcommand with --repeat; the caller adds its own options. The example begins behind the name.
+  /// Adds a subcommand with the option --repeat; the caller adds the others. `example` is the example's command line
+  /// after the name.
   CLI::App& add(const std::string& name, const std::string& description, const std::string& example, Command command);
   /// Runs the subcommand that the parsed command line names.
   [[nodiscard]] Json run() const;
@@ -42,21 +43,21 @@ class Lab {
   std::vector<std::unique_ptr<Entry>> entries_;
 };
 
-/// The whole program: one JSON object or a text to `out`, or a message to `err`. Returns the exit status.
+/// Runs the program: writes a JSON object or a text to `out`, or a message to `err`. Returns the exit status.
 int run_lab(int argc, char** argv, std::ostream& out, std::ostream& err);
 
-/// A finite number in [low, high]; unlike CLI::Range it refuses NaN.
+/// Accepts numbers in [low, high]. Unlike CLI::Range it refuses NaN.
 [[nodiscard]] CLI::Validator finite_in(double low, double high);
 
-/// "ok", or the name of a status that says what the data are like (too few matches, no model, ...): that is a result.
-/// std::runtime_error("WHAT: ...") for a status that says the input is wrong.
+/// Name of a status that is a result: "ok", or a property of the data such as too few matches or no model. Throws
+/// std::runtime_error("WHAT: ...") for a status that means wrong input.
 [[nodiscard]] std::string verdict_of(const Status& status, const std::string& what);
 
-/// Median of values in any order; 0 if there are none.
+/// Median of unsorted values (mean of two middle values); 0 if there are none.
 [[nodiscard]] double median(std::vector<double> values);
 
-/// Median duration, ms, of `kernel`: one run, or, for repeat > 1, that many after a warm-up. `prepare` goes before
-/// every run and is not timed.
+/// Median duration of `repeat` runs of `kernel`, in ms. For repeat > 1 an untimed run comes first. `prepare` is called
+/// before each run and is not timed.
 double time_kernel(int repeat, const std::function<void()>& prepare, const std::function<void()>& kernel);
 
 void add_match_commands(Lab& lab);

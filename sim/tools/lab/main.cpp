@@ -1,4 +1,4 @@
-// ilp-lab: one onboard kernel at a time, on files.
+// ilp-lab: runs single onboard kernels on files.
 
 #include <iostream>
 

@@ -1,4 +1,4 @@
-// overlap and match: two images.
+// overlap, match: measure the overlap of two images, and match their corners.
 
 #include <memory>
 
@@ -32,7 +32,8 @@ void add_search_options(CLI::App& app, OverlapOptions& options) {
       ->check(finite_in(0, 3.1416));
   app.add_option("--max-scale", options.params.max_scale, "largest scale that is searched; its inverse is the smallest")
       ->check(finite_in(1, 1.5));
-  app.add_option("--min-overlap", options.params.min_overlap, "smallest overlap that must be measurable")
+  app.add_option("--min-overlap", options.params.min_overlap,
+                 "smallest overlap that must be measurable, as a share of the image")
       ->check(finite_in(0.1, 0.95));
 }
 

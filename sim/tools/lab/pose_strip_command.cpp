@@ -1,5 +1,5 @@
-// pose-strip: the onboard chain up to final poses and links over a folder of images, and the ground's joining of
-// strips, without products and link.
+// pose-strip: runs the onboard chain on a folder of images up to final poses and links, without products and downlink,
+// and joins the strips as the ground does.
 
 #include <unistd.h>
 

@@ -1,4 +1,5 @@
-// rectify: two images with the poses of a COLMAP model to a rectified pair, or to the panels of a polar one.
+// rectify: resamples two images with poses from a COLMAP model to a rectified pair, or to the panels of a polar
+// rectification.
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-// richness: how interesting an image is.
+// richness: computes the Image Richness Index of an image and its cues.
 
 #include <cmath>
 #include <memory>

@@ -1,4 +1,4 @@
-// select: the images of a strip or video that the flight's overlap checker would keep, and why.
+// select: lists the images of a strip or video that the flight's overlap checker would keep, with reasons.
 
 #include <fcntl.h>
 #include <unistd.h>

@@ -251,8 +251,7 @@ SparseWindow choose_window(const SparseProblem& problem, const CameraRange& want
   CameraRange cameras = wanted;
   if (cameras.count == 0) cameras = {0, all};
   if (cameras.first >= all || cameras.count > all - cameras.first)
-    throw std::runtime_error("the problem has the cameras 0 to " + std::to_string(all - 1) +
-                             ": expected others in --cameras");
+    throw std::runtime_error("--cameras goes beyond the problem, which has cameras 0 to " + std::to_string(all - 1));
   if (cameras.count > limits::max_bundle_cameras)
     throw std::runtime_error(std::to_string(cameras.count) + " cameras, the limit of the flight software is " +
                              std::to_string(limits::max_bundle_cameras) +

@@ -1,4 +1,4 @@
-// Some stages of the flight, chosen by their names, on a store of the caller's.
+// Runs chosen stages of the flight on the caller's store.
 #pragma once
 
 #include <memory>
@@ -12,7 +12,7 @@
 
 namespace ilp::lab {
 
-/// What stages work with. `camera`, `link` and `navigation` may be null where no stage needs them.
+/// Environment of the stages. `camera`, `link` and `navigation` may be null if no stage needs them.
 struct StageWorld {
   Store& store;
   Clock& clock;
@@ -22,7 +22,7 @@ struct StageWorld {
   NavigationSource* navigation = nullptr;
 };
 
-/// What the stages share, as in a flight without a link for packets.
+/// Objects that the stages share, as in a flight without a packet link.
 struct RangeMemory {
   RangeMemory(Clock& clock, const MissionParameters& mission)
       : router(nullptr, nullptr, clock, mission), writer(router, clock, mission) {}
@@ -33,10 +33,10 @@ struct RangeMemory {
   TelemetryWriter writer;
 };
 
-/// A component of the flight in memory that was zero, as the static memory of a process is.
+/// A component of the flight, constructed in zeroed memory like the static memory of a process.
 class StageObject {
  public:
-  /// std::invalid_argument for a stage that takes images, or sends files, in a world without a camera or link.
+  /// Throws std::invalid_argument for a stage that takes images without a camera, or sends files without a link.
   StageObject(ComponentId stage, const StageWorld& world, RangeMemory& memory);
 
   [[nodiscard]] Component& component() const { return *component_; }
@@ -46,15 +46,15 @@ class StageObject {
   Component* component_ = nullptr;
 };
 
-/// Stages under an executive of their own, in the order of the schedule. Stages that are left out do nothing: what they
-/// would have written is in the store already, or is not needed.
+/// An executive with the chosen stages in the order of the schedule. The records that the other stages would have
+/// written must be in the store already, unless the chosen stages do not need them.
 class StageRange {
  public:
-  /// std::invalid_argument for an unknown name.
+  /// Throws std::invalid_argument for an unknown or repeated name.
   StageRange(const std::vector<std::string>& names, const StageWorld& world);
 
   [[nodiscard]] Executive& executive() { return *executive_; }
-  /// The camera has no more images. The range has an acquisition.
+  /// Whether the camera has no more images, as the stage `acquisition` knows; false without this stage.
   [[nodiscard]] bool camera_ended() const;
 
  private:

@@ -1,4 +1,4 @@
-// stereo: a rectified pair to disparities.
+// stereo: computes the disparities of a rectified pair.
 
 #include <algorithm>
 #include <iostream>

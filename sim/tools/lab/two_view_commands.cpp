@@ -1,4 +1,4 @@
-// relpose, fundamental, homography: a list of matches.
+// relpose, fundamental, homography: estimate the geometry of two views from a list of matches.
 
 #include <array>
 #include <memory>

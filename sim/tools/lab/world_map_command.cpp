@@ -1,4 +1,4 @@
-// world-map: the map that an orbiter would have made of a simulated world.
+// world-map: renders an orbiter's map of a simulated world.
 
 #include <cmath>
 #include <iostream>

@@ -1,4 +1,5 @@
-// ilp-richness: does the Image Richness Index find what is interesting? On simulated worlds with planted features.
+// ilp-richness: tests on simulated worlds with planted features whether the Image Richness Index finds interesting
+// images.
 
 #include <CLI/CLI.hpp>
 #include <fstream>

@@ -1,4 +1,4 @@
-// Pictures of an evaluation.
+// Draws the results of an evaluation of the richness index.
 #pragma once
 
 #include <filesystem>
@@ -9,12 +9,12 @@
 
 namespace ilp::richness {
 
-/// ROC curves of every kind of feature and of all, a page of its own as SVG.
+/// ROC curves of every kind of feature and of all features, as an SVG document.
 [[nodiscard]] std::string roc_svg(const std::vector<EvaluatedImage>& images);
 
-/// Newly seen strips of the keyframes of a range, from the highest index (top left) to the lowest, `count` of them
-/// evenly chosen from the ranking of all that are interesting or plain; green frames for interesting ones, red for
-/// plain ones.
+/// Writes a picture with the newly seen parts of `count` keyframes, from the highest index (top left) to the lowest.
+/// They are evenly chosen from the ranking of all interesting and plain keyframes of the range. Interesting keyframes
+/// have green frames, plain ones red frames.
 void write_contact_sheet(const std::filesystem::path& path, const WorldRange& range, const RichnessParams& params,
                          int count, std::size_t threads);
 

@@ -1,5 +1,5 @@
-// Keyframes over planted worlds as the richness scorer meets them: image, depth of the flight software's own stereo,
-// mask of the newly seen part, and what truly is to be seen there.
+// Makes keyframes over planted worlds as input of the richness scorer: image, depth from the flight software's stereo,
+// mask of the newly seen part, and the true label.
 #pragma once
 
 #include <array>
@@ -18,23 +18,23 @@
 
 namespace ilp::richness {
 
-// Worlds that decide whether the Image Richness Index finds what is interesting: plain ground of several kinds, each
-// with one kind of feature planted in places far enough apart that some images show one and others do not.
+// Worlds for testing whether the Image Richness Index finds interesting images: plain ground of several kinds with one
+// kind of feature each. The features are so far apart that some images show one and others do not.
 
 /// plains: rolling; dunes: ripples everywhere; hills: long steep slopes; hazy: thick haze and noise; stark: a low sun
 /// on ground of strong brightness pattern.
 enum class GroundKind : std::uint8_t { plains, dunes, hills, hazy, stark, count };
 [[nodiscard]] std::string_view name_of(GroundKind ground);
 
-/// What is planted, in the order of tables.
+/// The planted kinds, in the order of tables.
 [[nodiscard]] std::span<const world::FeatureKind> planted_kinds();
 [[nodiscard]] std::string_view name_of(world::FeatureKind feature);
 
-/// Two sets of worlds: `held_out` has other seeds, wider ranges of the ground's parameters and of the light, other
-/// sizes of features, other altitudes and another camera.
+/// `tuning` is used to fit parameters. `held_out` has other seeds, wider ranges of the parameters of ground and light,
+/// other sizes of features, other altitudes and another camera.
 enum class WorldSet : std::uint8_t { tuning, held_out };
 
-/// A world and how it is seen.
+/// A world with camera, camera effects and altitude.
 struct PlantedWorld {
   WorldSet set = WorldSet::tuning;
   GroundKind ground = GroundKind::plains;
@@ -47,20 +47,21 @@ struct PlantedWorld {
   double background_crater_m = 0;  ///< radius of the largest crater of plain ground
 };
 
-/// Deterministic: the same world for the same arguments.
+/// The world of these arguments; always the same.
 [[nodiscard]] PlantedWorld planted_world(WorldSet set, GroundKind ground, world::FeatureKind feature,
                                          std::uint64_t seed);
 
-/// A planted feature is large enough to be seen when its diameter (of a channel the width) covers this many pixels and
-/// its relief is this share of the height of flight: half a pixel of parallax between keyframes.
+/// A planted feature is large enough if its diameter (width of a channel; any for a scarp) covers at least this number
+/// of pixels, and its relief is at least this share of the flying height: half a pixel of parallax between keyframes.
 inline constexpr double smallest_feature_px = 12;
 inline constexpr double smallest_relief = 0.01;
-/// A boulder field counts within two radii of its boulders of this diameter and more.
+/// A boulder field counts only within two radii of its boulders with at least this diameter.
 inline constexpr double smallest_boulder_px = 5;
-/// An image is interesting when such features cover this share of its newly seen part; plain when less than the other
-/// lies on or near any planted feature, large enough or not (near: the ejecta of a crater, the foot of a scarp).
-/// Between them it is neither, and left out; so is one whose newly seen part is less than this share of the image: of
-/// ground that stereo could not match there are only fragments.
+/// An image is interesting if large enough features cover at least `interesting_share` of its newly seen part. It is
+/// plain if less than `plain_share` of this part lies on or near planted features of any size (near: the ejecta of a
+/// crater, the foot of a scarp). Other images are neither and left out, and also images whose newly seen part is
+/// smaller than `least_newly_seen` of the image, because it may consist of fragments that stereo could not match
+/// before.
 inline constexpr double least_newly_seen = 0.1;
 inline constexpr double interesting_share = 0.05;
 inline constexpr double plain_share = 0.005;
@@ -70,12 +71,12 @@ enum class Label : std::uint8_t { plain, interesting, neither };
 struct PlantedKeyframe {
   CameraModel camera;
   host::Raster<std::uint8_t> grey;
-  host::Raster<float> inverse_depth;  ///< 1/m, inside the mask only, quantised as it is sent
-  host::Raster<float> sigma;          ///< 0: no depth
+  host::Raster<float> inverse_depth;  ///< 1/m, inside the mask only, quantised as for the downlink
+  host::Raster<float> sigma;          ///< of inverse_depth, 1/m; 0: no depth
   host::Raster<std::uint8_t> mask;
   double newly_seen = 0;     ///< share of the image
-  double feature_share = 0;  ///< of the newly seen part: features that are large enough
-  double near_share = 0;     ///< of the newly seen part: on or near any planted feature
+  double feature_share = 0;  ///< share of the newly seen part with large enough features
+  double near_share = 0;     ///< share of the newly seen part on or near any planted feature
 
   [[nodiscard]] Label label() const {
     if (newly_seen < least_newly_seen) return Label::neither;
@@ -84,15 +85,16 @@ struct PlantedKeyframe {
   }
 };
 
+/// Viewing conditions.
 struct Viewing {
-  int keyframes = 8;
-  double overlap = 0.82;
-  double gain = 1;           ///< times the world's own
+  int keyframes = 8;         ///< number of keyframes in the strip
+  double overlap = 0.82;     ///< of consecutive keyframes
+  double gain = 1;           ///< factor on the world's gain
   double offset_grey = 0;    ///< added to every pixel
-  double height = 1;         ///< times the world's altitude; the baseline goes with it
-  double read_noise = 0;     ///< grey levels more
-  double haze = 0;           ///< more
-  bool true_depth = false;   ///< instead of stereo
+  double height = 1;         ///< factor on the world's altitude and on the baseline
+  double read_noise = 0;     ///< added to the world's, grey levels
+  double haze = 0;           ///< added to the world's
+  bool true_depth = false;   ///< true depths instead of those of stereo
   bool same_ground = false;  ///< the mask is a patch of ground that does not depend on the height
 };
 
@@ -104,10 +106,11 @@ struct StereoScratchDeleter {
 using StereoScratchPointer = std::unique_ptr<StereoScratch, StereoScratchDeleter>;
 [[nodiscard]] StereoScratchPointer make_stereo_scratch();
 
-/// A strip from the origin along x. Poses are the true ones, turned a little at random; everything else is what the
-/// flight software makes of the images. The mask is that of dense matching (mask.hpp): the first keyframe's is the
-/// whole overlap, the others' the strip of new ground; with `same_ground` a patch of 0.3 x 0.6 of what the base height
-/// sees, in the middle of the pair. std::runtime_error when a pair cannot be rectified.
+/// Flies a strip from the origin along x. The cameras look down with small random rotations, and their poses are known
+/// exactly; depths and masks are computed by the flight software. The mask is that of dense matching (mask.hpp): the
+/// overlap with the next image for the first keyframe, the new ground for the others. With `same_ground` it is a patch
+/// in the middle of the pair, 0.3 x 0.6 of the image's footprint at the height factor 1. Throws std::runtime_error if a
+/// pair cannot be rectified.
 [[nodiscard]] std::vector<PlantedKeyframe> planted_keyframes(const PlantedWorld& planted, const Viewing& viewing,
                                                              StereoScratch& scratch);
 

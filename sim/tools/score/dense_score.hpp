@@ -1,4 +1,4 @@
-// Depths, heights, masks, overlaps and images of a flight against the truth.
+// Scores depths, heights, masks, overlaps, links and images of a flight against the truth.
 #pragma once
 
 #include <filesystem>
@@ -22,8 +22,7 @@ struct DenseOptions {
   /// Folder with height.pfm, height.pgw and colmap/cameras.txt (sim/world/truth.hpp); may be empty.
   std::filesystem::path truth;
   std::filesystem::path images;  ///< the original images; may be empty
-  /// The camera that took the images; otherwise that of the truth's COLMAP model, or the one that the flight
-  /// assumes.
+  /// The camera that took the images. If empty, the camera of the truth's COLMAP model, or else the flight's camera.
   std::optional<CameraModel> camera;
   double target_overlap = 0;  ///< 0: unknown
 };
@@ -37,13 +36,13 @@ struct KeyframeDense {
 
 struct StripDense {
   AlignedStrip aligned;
-  double flying_height = 0;           ///< median true depth of its keyframes, truth's unit
-  std::optional<HeightScore> height;  ///< where true heights are known and something was merged
+  double flying_height = 0;           ///< median true depth of the keyframes, truth's unit
+  std::optional<HeightScore> height;  ///< empty without true heights or a merged map
 };
 
 struct DenseScore {
   std::map<std::int64_t, KeyframeDense> keyframes;
-  std::map<std::int64_t, StripDense> strips;  ///< those that could be laid onto the truth
+  std::map<std::int64_t, StripDense> strips;  ///< strips that could be aligned to the truth
   // Over all pixels, cells and products of the flight:
   DepthScore depth;
   ErrorPercent height;
@@ -53,12 +52,12 @@ struct DenseScore {
   OverlapScore overlap;
   LinkScore links;
   TrackScore track;
-  std::optional<GroundValue> value;  ///< where true heights are known
+  std::optional<GroundValue> value;  ///< empty without true heights
   std::vector<std::string> remarks;  ///< what could not be measured, and why
 };
 
-/// Parts without truth stay empty (no depth maps, no height grid, no originals); nothing but running out of memory is
-/// thrown. `reference` gives poses and depths.
+/// Scores a flight against the poses and depths of `reference`. Parts without truth (depth maps, height grid, original
+/// images) stay empty. Throws nothing but std::bad_alloc.
 [[nodiscard]] DenseScore score_dense(const intake::Flight& flight, const report::Reference& reference,
                                      const DenseOptions& options);
 

@@ -1,4 +1,5 @@
-// The mission's value: how much of all visible ground the ground segment holds after a flight (docs/products.md).
+// Measures the value of a mission: how much of all visible ground has come down with correct heights and good images
+// (docs/products.md).
 #pragma once
 
 #include <filesystem>
@@ -12,29 +13,32 @@
 
 namespace ilp::score {
 
-/// Errors below this share of the flying height count as known ground: half a pixel on the ground at 550 px of focal
-/// length.
+/// Ground is known if its height error is at most this percentage of the flying height: half a pixel on the ground for
+/// a focal length of 550 px.
 inline constexpr double known_height_percent = 0.1;
-/// The shape of the ground: heights against the mean around them, in a square of this share of the flying height each
-/// way. The drift of the poses, which bends the whole map, is nearly the same everywhere in it.
+/// The shape (relief) of the ground is its height minus the mean height of a square window. The window extends this
+/// share of the flying height to each side. Drift of the poses, which bends the map, is nearly constant within the
+/// window.
 inline constexpr double relief_window = 0.05;
-/// Deviations below this share of the flying height count as a known shape.
+/// The shape is known if its error is at most this percentage of the flying height.
 inline constexpr double known_relief_percent = 0.05;
-/// PSNR of a feature in the images for it to be seen, and to be seen well; the share of its disc that images and
-/// heights must show.
+/// Least PSNR of a feature in the images to be seen, and to be seen well; least share of the feature's disc with images
+/// and with heights.
 inline constexpr double seen_psnr_db = 30, seen_well_psnr_db = 35, feature_disc_share = 0.8;
 
 struct GroundValue {
-  std::size_t cells = 0;          ///< of the true heights: all ground that any frame of the flight has seen
-  std::size_t covered = 0;        ///< with a merged height
-  std::size_t known = 0;          ///< of `covered`: right within known_height_percent
-  std::size_t known_relief = 0;   ///< of `covered`: their shape is right within known_relief_percent
-  double half_percent = unknown;  ///< half of all cells are right within it; ground without height is never right
-  double relief_median_percent = unknown;  ///< error of the ground's shape, of the flying height
+  std::size_t cells = 0;         ///< cells with a true height: all ground that any frame of the flight has seen
+  std::size_t covered = 0;       ///< cells with a merged height
+  std::size_t known = 0;         ///< covered cells with a height error within known_height_percent
+  std::size_t known_relief = 0;  ///< covered cells with an error of shape within known_relief_percent
+  /// Half of all cells have at most this error, % of the flying height. Cells without a height count as infinite error.
+  double half_percent = unknown;
+  double relief_median_percent = unknown;  ///< error of the shape, % of the flying height
   double relief_p95_percent = unknown;
   std::size_t features = 0;
   std::size_t seen = 0, seen_well = 0;  ///< features that came down in images and heights
-  double feature_squares = 0;  ///< sum over the features of their mean squared grey error; unseen: a grey image's
+  /// Sum of the features' mean squared grey errors. A point without an image counts as an error of 64 grey levels.
+  double feature_squares = 0;
 
   [[nodiscard]] double coverage() const { return share(covered, cells); }
   [[nodiscard]] double known_share() const { return share(known, cells); }
@@ -54,22 +58,23 @@ struct StripErrors {
   double flying_height = 0;
 };
 
-/// Where strips overlap, the first one counts.
+/// Scores heights and shape. Where strips overlap, the first one counts.
 [[nodiscard]] GroundValue score_ground(const world::HeightGrid& truth, const std::vector<StripErrors>& strips);
 
-/// Craters, boulder fields, channels and scarps of a simulated world. A feature counts when some frame has seen its
-/// whole disc; it has come down when images show 80 % of the disc with a PSNR of 30 dB or more, and heights lie on 80
-/// %. Every point of the disc is judged in the image that shows it best, whichever keyframe's that is. `images` are the
-/// originals by name; keyframes without one are left out.
+/// Adds the features of a simulated world to `value`, except single rocks. A feature counts if its entire disc has true
+/// heights, i.e. the frames of the flight have seen it. It is seen if images show feature_disc_share of the disc with
+/// seen_psnr_db, and feature_disc_share has heights. Each point of the disc is judged in the keyframe image with the
+/// least error there. `images` is the folder of the original images; keyframes without an original are left out.
 void score_features(const std::vector<world::PlantedFeature>& features, const intake::Flight& flight,
                     const world::HeightGrid& truth, const std::vector<StripErrors>& strips, TrueFrames& frames,
                     const std::filesystem::path& images, GroundValue& value);
 
-/// The features of the world that scenario.ini beside the truth describes, where the heights are known; none without
-/// that file.
+/// Features of the world in the rectangle of the true heights. The world is described by scenario.ini in the parent
+/// folder of `truth`; no features without this file.
 [[nodiscard]] std::vector<world::PlantedFeature> planted_features(const std::filesystem::path& truth,
                                                                   const world::HeightGrid& heights);
 
+/// Numbers for the summary of a score.
 [[nodiscard]] std::map<std::string, double> ground_value_summary(const GroundValue& value);
 
 }  // namespace ilp::score

@@ -1,4 +1,4 @@
-// The merged elevation map of a strip against the true heights.
+// Scores the merged elevation map of a strip against the true heights.
 #pragma once
 
 #include <optional>
@@ -19,18 +19,19 @@ struct HeightProfilePoint {
 
 struct HeightScore {
   double flying_height = 0;            ///< truth's unit
-  std::size_t covered = 0;             ///< cells with a height; error.count of them lie where the truth is known
-  ErrorPercent error;                  ///< of the flying height, strip's similarity
-  std::optional<ErrorPercent> metric;  ///< scale as flown
-  /// Truth's unit, on the grid of the true heights: the same for all strips. NaN where not compared. Cells are
-  /// looked up along the strip's own z axis, so that the map has no holes; the statistics are of the merged cells.
+  std::size_t covered = 0;             ///< cells with a height; error.count of them have a true height
+  ErrorPercent error;                  ///< aligned by the strip's similarity
+  std::optional<ErrorPercent> metric;  ///< aligned with the scale as flown; empty unless metric
+  /// Height errors in the truth's unit on the grid of the true heights; NaN where not compared. The merged heights are
+  /// interpolated along the strip's z axis, so that the map has no holes. The statistics are those of the merged cells
+  /// instead.
   host::Raster<float> error_map;
-  std::vector<HeightProfilePoint> profile;     ///< by distance: shows a bow of the ground
-  std::vector<float> percent, metric_percent;  ///< all errors, for the flight's sums
+  std::vector<HeightProfilePoint> profile;     ///< in the order of distance; shows a bow of the ground
+  std::vector<float> percent, metric_percent;  ///< all errors, for statistics of the flight
 };
 
-/// Every cell is laid onto the truth and compared with the true height where it then stands. `centres`: the true
-/// positions of the strip's keyframes, in order.
+/// Aligns every merged cell to the truth and compares its height with the true height at the aligned position.
+/// `centres` are the true positions of the strip's keyframes in order of flight.
 [[nodiscard]] HeightScore score_heights(const map::GroundGrid& grid, const AlignedStrip& strip,
                                         const world::HeightGrid& truth, const std::vector<Vec3>& centres,
                                         double flying_height);

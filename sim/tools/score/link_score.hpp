@@ -1,4 +1,4 @@
-// The links of a flight against the ground that its keyframes truly have in common.
+// Scores the links of a flight (place recognition) against the true common ground of its keyframes.
 #pragma once
 
 #include <cstddef>
@@ -11,21 +11,22 @@
 
 namespace ilp::score {
 
-/// A keyframe that sees an earlier one's ground again, as the flight verified it.
+/// A verified link of the flight: the newer keyframe sees ground of the older keyframe again.
 struct LinkedPair {
   std::int64_t newer = 0, older = 0;  ///< ids of keyframes
 };
 
-/// Two keyframes have common ground if each sees 30 % of the other's, hidden ground left out (world::true_overlap). The
-/// newer one sees the older one's ground again if they have common ground and are of different strips, or if a keyframe
-/// between them in their strip has none with the newer one: what the chain itself keeps in view is no return.
+/// Two keyframes have common ground if each sees at least the share `common_ground` of the other's visible ground
+/// (world::true_overlap). A keyframe returns to an older keyframe with common ground if they belong to different
+/// strips, or if any keyframe between them in their strip has no common ground with the newer keyframe. Ground that the
+/// strip has kept in view all the time is no return.
 struct LinkScore {
   static constexpr double common_ground = 0.3;
 
-  std::size_t keyframes = 0;                ///< with a true frame
-  std::size_t returned = 0, linked = 0;     ///< keyframes that see ground again; those linked with any such ground
-  std::size_t pairs = 0, pairs_linked = 0;  ///< pairs of a keyframe and an earlier one whose ground it sees again
-  std::size_t links = 0, false_links = 0;   ///< of keyframes with a true frame; those that see nothing of each other
+  std::size_t keyframes = 0;                ///< keyframes with a true frame
+  std::size_t returned = 0, linked = 0;     ///< keyframes that return; those with a link to such an older keyframe
+  std::size_t pairs = 0, pairs_linked = 0;  ///< pairs of a returning and an older keyframe; those with a link
+  std::size_t links = 0, false_links = 0;   ///< links of keyframes with a true frame; those without any common ground
 
   [[nodiscard]] double linked_share() const { return share(linked, returned); }
   [[nodiscard]] double pairs_linked_share() const { return share(pairs_linked, pairs); }
@@ -36,7 +37,7 @@ struct LinkScore {
   }
 };
 
-/// The links of the flight's records, those that were verified.
+/// The links in the flight's records, which the flight has verified.
 [[nodiscard]] std::vector<LinkedPair> links_of(const intake::Flight& flight);
 
 [[nodiscard]] LinkScore score_links(const intake::Flight& flight, std::span<const LinkedPair> links, TrueFrames& truth);

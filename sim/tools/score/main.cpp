@@ -1,4 +1,4 @@
-// ilp-score: one flight against the truth, as numbers.
+// ilp-score: scores one flight against the truth.
 
 #include <CLI/CLI.hpp>
 #include <iostream>

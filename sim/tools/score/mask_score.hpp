@@ -1,4 +1,5 @@
-// The onboard masks against what was truly newly seen, and how completely that came down with a depth.
+// Scores the onboard masks against the ground that was truly newly seen, and the depths of this ground for
+// completeness.
 #pragma once
 
 #include <cstddef>
@@ -9,21 +10,21 @@
 
 namespace ilp::score {
 
-/// An earlier pair has not seen ground as well that lay farther from it by more than this factor: claim_ratio of the
-/// flight's parameters.
+/// Ground is newly seen although an earlier pair has seen it, if its distance from the earlier pair was larger by more
+/// than this factor (claim_ratio of the flight's parameters).
 inline constexpr double finer_sampling = 1.8;
 
-/// Counts of pixels, so that keyframes add up. A true mask is that of decisions.md, 9: ground that the keyframe and its
-/// partner see and that no earlier pair of the flight, of any strip, has seen with both and as well
-/// (world::newly_seen_mask); without a partner all ground that no earlier pair has seen. Pixels that no matcher can
-/// match (borders, blank ground) count as missed.
+/// Counts of pixels and bytes, which add up over keyframes. The true mask (decisions.md, 9) is the ground that the
+/// keyframe and its partner see, and that no earlier pair of the flight has seen with both images and equally well
+/// (world::newly_seen_mask). Pairs of all strips count. Without a partner it is all ground that no earlier pair has
+/// seen. Pixels that no matcher can match (borders, blank ground) count as missed.
 struct MaskScore {
-  std::size_t masked = 0, newly_seen = 0, both = 0;  ///< onboard mask, true mask, in both
-  std::size_t bytes = 0;   ///< of image and depth as received; also of keyframes without a pose
-  double bytes_again = 0;  ///< of `bytes`: for ground that an earlier pair has seen, by its share of the mask's pixels
-  std::size_t double_coded = 0;  ///< of `masked`: ground that an earlier mask of the strip has claimed already
-  std::size_t expected = 0;      ///< true mask of keyframes that have a next one in their strip to be matched with
-  std::size_t with_depth = 0;    ///< of `expected`: with a depth on the ground
+  std::size_t masked = 0, newly_seen = 0, both = 0;  ///< in the onboard mask, in the true mask, in both
+  std::size_t bytes = 0;   ///< image and depth products as received; also of keyframes without a pose
+  double bytes_again = 0;  ///< part of `bytes` for ground that an earlier pair has seen, from its share of the pixels
+  std::size_t double_coded = 0;  ///< pixels of `masked` on ground in the mask of any earlier keyframe
+  std::size_t expected = 0;      ///< true mask with the next posed keyframe of the strip as partner
+  std::size_t with_depth = 0;    ///< pixels of `expected` with a downlinked depth
 
   [[nodiscard]] double precision() const { return share(both, masked); }
   [[nodiscard]] double recall() const { return share(both, newly_seen); }
@@ -40,8 +41,8 @@ struct MaskScore {
   }
 };
 
-/// The scores by keyframe, for keyframes with a true frame. Pixels are counted for those with a final pose and a mask,
-/// bytes for those with a product; an image without a mask is sent as a whole.
+/// Scores by keyframe id, for keyframes with a true frame. Pixels are counted for keyframes with a final pose and a
+/// mask, bytes for keyframes with a product. A product without a mask counts as the entire image.
 [[nodiscard]] std::map<std::int64_t, MaskScore> score_masks(const intake::Flight& flight, TrueFrames& truth);
 
 }  // namespace ilp::score

@@ -1,4 +1,4 @@
-// A score as JSON, and as a table for people.
+// Writes a score as JSON, and as a table for people.
 #pragma once
 
 #include <iosfwd>
@@ -11,13 +11,14 @@
 
 namespace ilp::score {
 
-// The dense scores as JSON and as flat numbers.
+// The dense scores as JSON objects and as summary numbers.
 
-/// Objects `depth`, `height`, `mask`, `quality`, `overlap` of the flight, `strips`, `keyframes` and `remarks`. Errors
-/// are in per cent of the flying height, shares in [0, 1], profiles in the truth's unit; what is not known is null.
+/// The objects `depth`, `height`, `metric_height`, `mask`, `quality`, `overlap` and `links` of the flight, and the
+/// arrays `strips`, `keyframes` and `remarks`. Errors are in per cent of the flying height, shares in [0, 1], profiles
+/// in the truth's unit. Unknown values are null.
 [[nodiscard]] nlohmann::ordered_json dense_json(const DenseScore& score);
 
-/// For tables over many flights; NaN where a flight gives no value:
+/// Numbers for tables over many flights, among them these; NaN where a flight gives no value:
 ///   height_bias_percent, height_median_percent, height_p95_percent   merged heights, strip's similarity
 ///   depth_median_percent, depth_p95_percent                          depths, strip's similarity
 ///   completeness                                                     share of the newly seen ground with depth
@@ -31,11 +32,11 @@ namespace ilp::score {
 
 inline constexpr int score_version = 1;
 
-/// Version, completeness, counts, `strips`, `keyframes` and `remarks`; what is not known is null. Lengths are in the
-/// truth's unit, angles in degrees, `sigma` and `relative_error` along the strip's axes in the truth's unit.
+/// Version, completeness, counts, `strips`, `keyframes` and `remarks`. Lengths are in the truth's unit, angles in
+/// degrees; `sigma` and `relative_error` are along the strip's axes in the truth's unit. Unknown values are null.
 [[nodiscard]] nlohmann::ordered_json score_json(const Score& score, const FlightFiles& files);
 
-/// Members in the order of `order`, then all others; NaN becomes null.
+/// The summary as an object. Metrics are in the order of host::metrics, then all others; NaN becomes null.
 [[nodiscard]] nlohmann::ordered_json summary_json(const std::map<std::string, double>& summary);
 
 void write_table(const Score& score, const std::map<std::string, double>& summary, std::ostream& out);

@@ -1,4 +1,4 @@
-// How much of the ground below the track came down, how exactly, and how finely where the flight ends.
+// Scores the depths of the ground along the track: share, accuracy, and sampling at the end of the flight.
 #pragma once
 
 #include <map>
@@ -8,13 +8,14 @@
 
 namespace ilp::score {
 
-/// Points of the ground in the inner half of every keyframe's image, each way: every keyframe counts alike, whatever
-/// its height. A point is mapped if some keyframe has a depth where it appears there; of several the finest counts.
+/// Each keyframe contributes the same grid of ground points, in the inner half of its image in x and in y. A point is
+/// mapped if any keyframe sees it at a pixel with a depth. The nearest of these keyframes, which samples the point most
+/// finely, counts.
 struct TrackScore {
   std::size_t points = 0, mapped = 0;
-  double error_median_percent = unknown;  ///< of the depth, in per cent of the distance at which the point was seen
-  /// Distance at which the ground in the inner half of the last keyframe was mapped over the distance of that keyframe:
-  /// median over its mapped points.
+  double error_median_percent = unknown;  ///< error of the depth, % of the true depth
+  /// Sampling at the end: the distance (true depth) from which a point of the last keyframe was mapped, divided by its
+  /// distance from the last keyframe. Median over the mapped points of the last keyframe.
   double landing_ratio = unknown;
 
   [[nodiscard]] double mapped_share() const {
@@ -22,7 +23,7 @@ struct TrackScore {
   }
 };
 
-/// `strips` that lie on the truth, by id.
+/// `strips` are those that could be aligned to the truth, by id.
 [[nodiscard]] TrackScore score_track(const intake::Flight& flight, const std::map<std::int64_t, AlignedStrip>& strips,
                                      TrueFrames& truth);
 

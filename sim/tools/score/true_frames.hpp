@@ -1,4 +1,4 @@
-// The true frames of the images of a flight, by name.
+// Loads true poses and depths of the images of a flight, by name, and keeps a sampled version of them.
 #pragma once
 
 #include <map>
@@ -13,15 +13,16 @@
 
 namespace ilp::score {
 
-/// Holds one depth sample in a block for every image asked for (world::sample_stride), so that a whole flight fits.
+/// Keeps the sampled frames, which have one depth per block (world::sample_stride), so that those of an entire flight
+/// fit into memory.
 class TrueFrames {
  public:
-  /// Borrows the reference. The camera is the true one, which the flight may have known wrongly.
+  /// Keeps a reference to `reference`. `camera` is the true camera, which may differ from the flight's camera.
   TrueFrames(const report::Reference& reference, const CameraModel& camera) : reference_(reference), camera_(camera) {}
 
-  /// Null when pose or depth are not known or the depth has another size than the camera.
+  /// The sampled frame. Null if pose or depth is not known, or if the depth does not have the camera's size.
   [[nodiscard]] const world::TrueFrame* sampled(const std::string& name);
-  /// Every pixel; not held.
+  /// The frame with every pixel, which is not kept. Empty where `sampled` is null.
   [[nodiscard]] std::optional<world::TrueFrame> whole(const std::string& name) const;
 
   [[nodiscard]] const report::Reference& reference() const { return reference_; }
@@ -40,7 +41,7 @@ struct KeyframeTruth {
   const world::TrueFrame* frame = nullptr;
 };
 
-/// All keyframes with a true frame, by id.
+/// All keyframes with a true frame, in the order of ids.
 [[nodiscard]] std::vector<KeyframeTruth> keyframes_with_truth(const intake::Flight& flight, TrueFrames& truth);
 
 }  // namespace ilp::score

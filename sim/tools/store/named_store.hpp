@@ -1,4 +1,4 @@
-// A store that the command line names: a database file, or a server.
+// Opens a store that the command line names: a database file or a server.
 #pragma once
 
 #include <memory>
@@ -12,13 +12,13 @@
 
 namespace ilp::store_tool {
 
-/// `postgresql://...` is a server, every other name a file. Failures are exceptions that say what to do and hold no
-/// password; so is a name with a password in it.
+/// A name `postgresql://...` is a server; all others are files. Failures throw exceptions with advice and without
+/// passwords. A name that contains a password is refused in the same way.
 class NamedStore {
  public:
-  /// Reads only: nothing is made.
+  /// Opens the store for reading. Creates nothing.
   static NamedStore for_reading(const std::string& name);
-  /// Makes the tables where there are none. `made`: there were none.
+  /// Opens the store and creates missing tables. `made`: there were none before.
   static NamedStore with_tables(const std::string& name, bool& made);
 
   [[nodiscard]] Store& store() { return *store_; }

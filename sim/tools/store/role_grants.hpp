@@ -1,5 +1,5 @@
-// Roles of a database server, one for each process of a flight, that may touch what the rows of its stages name
-// (cfg/schedule.hpp) and nothing else.
+// Makes roles of a database server for the processes of a flight. A role has the rights that the stages of its process
+// need (cfg/schedule.hpp), and no others.
 #pragma once
 
 #include <string>
@@ -15,11 +15,11 @@ struct TableRights {
   RecordMask erases = 0;
 };
 
-/// Of a process that runs these stages: its stages' rows, and what every process needs for itself.
+/// Rights of a process that runs these stages: those of the stages, and those that every process needs.
 [[nodiscard]] TableRights rights_of(StageMask stages);
 
-/// SQL that makes the role, without a password, takes away what it may do to the tables and grants the rights. It can
-/// be carried out again. Throws std::runtime_error for a name with other characters than a-z, 0-9 and _.
+/// SQL that creates the role without a password, revokes its rights to all tables and grants those of `rights_of`. It
+/// can be run repeatedly. Throws std::runtime_error unless the name has 1 to 60 characters of a-z, 0-9 and _.
 [[nodiscard]] std::string role_sql(const std::string& role, StageMask stages);
 
 }  // namespace ilp::store_tool

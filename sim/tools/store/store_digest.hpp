@@ -1,4 +1,4 @@
-// What is the same in a store however the stages of its flight are spread over processes.
+// Digests of a store's tables that do not depend on how the stages of the flight were distributed over processes.
 #pragma once
 
 #include <cstdint>
@@ -16,9 +16,9 @@ struct TableDigest {
   std::uint64_t digest = 0;  ///< over all fields and blobs, in the order of ids
 };
 
-/// Left out are tables and fields that depend on when a process ran: events, statistics, checkpoints, queues, and times
-/// at which something was decided or sent. The same records give the same digests in every backend. A fault of the
-/// store is an exception.
+/// A digest per table. Tables and fields that depend on when a process ran are left out: events, statistics,
+/// checkpoints, queues, and times of decisions. The same records give the same digests in every backend. Throws
+/// std::runtime_error for a fault of the store.
 [[nodiscard]] std::vector<TableDigest> digest_of(Store& store);
 
 }  // namespace ilp::store_tool

@@ -1,4 +1,4 @@
-// The records of one table of a store as lines of text.
+// Prints the records of one table of a store as lines of text.
 #pragma once
 
 #include <iosfwd>
@@ -9,10 +9,10 @@
 
 namespace ilp::store_tool {
 
-/// A line with the names of the fields, then a line for each record in the order of ids; the values are separated by
-/// tabs. Named values are given by their names, an array by its values with commas between them, a blob by its size in
-/// bytes. All fields where `fields` is empty. Returns the number of records that are damaged and left out. Throws
-/// std::runtime_error for a table or field that does not exist and for a fault of the store.
+/// Prints a line with the names of the fields, then a line per record in the order of ids. Values are separated by
+/// tabs. Enumerated values are printed as names, arrays with commas, and blobs as their size in bytes. An empty
+/// `fields` means all fields. Returns the number of damaged records, which are left out. Throws std::runtime_error for
+/// an unknown table or field, and for a fault of the store.
 std::int64_t print_rows(Store& store, const std::string& table, const std::vector<std::string>& fields,
                         std::ostream& out);
 

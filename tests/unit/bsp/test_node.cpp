@@ -257,6 +257,23 @@ TEST_F(NodeTest, ASettingOfThePrimaryIsInForceBeforeTheNextStep) {
   EXPECT_EQ(in_force.target_overlap, 0.9) << "the guard of the parameters has taken it for damage";
 }
 
+TEST_F(NodeTest, StepsOfEveryStageCount) {
+  IdleComponent idle;
+  Component* const components[] = {&idle};
+  for (const Stage& stage : schedule) {
+    Executive executive(std::span(&stage, 1), components, store_, clock_);
+    ASSERT_TRUE(executive.start().ok());
+    executive.run_minor_frame();
+    const StageMask mask = stage_bit(stage.component);
+    Node node(store_, clock_, mask);
+    ASSERT_TRUE(node.begin("a", mission_).ok());
+    ASSERT_TRUE(node.keep_alive(executive, 0).ok());
+    NodeRecord record;
+    ASSERT_TRUE(get(store_, node_number(mask), record).ok());
+    EXPECT_GE(record.steps, 1) << stage.name;
+  }
+}
+
 TEST_F(NodeTest, OnlyWhatCanWakeAnotherProcessCountsAsWork) {
   SharedFlightStore shared(store_);
   const auto commit = [&](const auto& record) {

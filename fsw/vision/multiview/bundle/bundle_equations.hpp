@@ -1,4 +1,4 @@
-// The normal equations of a bundle adjustment, whose points are eliminated, with what they are made of.
+// The normal equations of a bundle adjustment with the points eliminated, and the data that they are made of.
 #pragma once
 
 #include "fsw/base/status.hpp"
@@ -13,43 +13,43 @@ constexpr std::size_t max_system = camera_size * max_cameras;
 static_assert(max_cameras <= 32, "cameras of a point are bits");
 using Cameras = std::array<Camera, max_cameras>;
 
-/// Observations [first, last) of one point that takes part.
+/// Observations [first, last) of one point of the adjustment.
 struct PointSpan {
   std::uint32_t first, last;
-  std::uint32_t cameras;  ///< as bits
+  std::uint32_t cameras;  ///< bit i: camera i sees the point
   std::uint16_t point;
 };
-/// Two points with the same cameras, as indices of spans. a and b are equal for a point without a partner.
+/// Two points that the same cameras see, as indices of spans. a and b are equal for a point without a partner.
 struct Packet {
   std::uint32_t a, b;
 };
-/// The factors of elimination for back substitution: V + damping = L L^T.
+/// Factors of the elimination, kept for back substitution: V + damping = L L^T.
 struct Eliminated {
   Lanes l[6];  ///< l10, l20, l21, then the inverses of the diagonal l00, l11, l22
   Lanes y[3];  ///< L^-1 gradient
   Lanes damping[3];
 };
-/// Normal equations of one camera, its centre in its own axes.
+/// Normal equations of one camera, with its centre in the camera's own axes.
 struct CameraNormal {
-  Lanes gradient[6];  ///< reduced
-  Lanes turn[3];      ///< diagonal of J^T J
-  Lanes shift[5];     ///< 00 02 11 12 22 of J^T J; 01 is zero
+  Lanes gradient[6];  ///< gradient after the points are eliminated
+  Lanes turn[3];      ///< diagonal of J^T J for the rotation
+  Lanes shift[5];     ///< elements 00 02 11 12 22 of J^T J for the centre; 01 is zero
 };
 struct Cost {
   double robust = 0;
   double squared = 0;
-  bool valid = true;  ///< every point in front of its cameras, all finite
+  bool valid = true;  ///< every point is in front of its cameras, and all values are finite
 };
 
-/// An infinite damping along the line from origin to anchor: no step changes the held distance to first order.
+/// Infinite damping along the line from origin to anchor, so that no step changes the held distance to first order.
 struct HeldDistance {
-  std::size_t block;  ///< of the anchor
+  std::size_t block;  ///< index of the anchor among the free cameras
   double stiffness;
   double length;
-  double direction[3];  ///< unit, from the origin
+  double direction[3];  ///< unit vector from the origin to the anchor
 };
 
-/// A few megabytes.
+/// The state of an adjustment, a few megabytes.
 struct Equations {
   BundleProblem* problem = nullptr;
   BundleParams params;
@@ -67,32 +67,33 @@ struct Equations {
   std::array<Eliminated, limits::max_bundle_points> eliminated;
   std::array<BundlePoint, limits::max_bundle_points> trial_points;
   std::array<CameraNormal, max_cameras> normals;
-  /// Upper blocks of the Schur complement, block (a, b) at a * max_bundle_cameras + b, the centres in their cameras'
-  /// axes.
+  /// Upper blocks of the Schur complement, with the centres in their cameras' axes. Block (a, b) is element a *
+  /// max_bundle_cameras + b.
   std::array<Block, max_cameras * max_cameras> blocks;
-  std::array<double, max_system> diagonal;  ///< of the cameras' normal equations before any point is eliminated
+  /// Diagonal of the cameras' normal equations before any point is eliminated.
+  std::array<double, max_system> diagonal;
   std::array<double, max_system> reduced_gradient;
   std::array<double, max_system * max_system> system;
   std::array<double, max_system> camera_step;
-  std::array<double, max_system> own_step;  ///< same, the centres in their cameras' axes
+  std::array<double, max_system> own_step;  ///< camera_step with the centres in their cameras' axes
   std::array<std::array<double, 4>, max_cameras> trial_quaternions;
 
   [[nodiscard]] Loss loss() const { return {params.robust_px}; }
 };
 
-/// The camera in the form of the inner loops, as a fixed one.
+/// Converts a camera to the form of the inner loops; it is marked as fixed.
 [[nodiscard]] Camera camera_from(const BundleCamera& camera);
 
-/// Of points with the same cameras.
+/// Pairs points that the same cameras see.
 void pair_points(Equations& eq);
 [[nodiscard]] Cost evaluate(const Equations& eq);
-/// False where a point is not determined.
+/// Linearises and eliminates the points. Returns false if a point is not determined.
 bool linearise(Equations& eq, double damping);
-/// The matrix of the cameras.
+/// Assembles the matrix of the cameras.
 void assemble(Equations& eq, double damping);
 [[nodiscard]] HeldDistance held_distance(const Equations& eq);
 bool solve_cameras(Equations& eq, double damping, double& predicted_twice);
-/// Into the trial; returns their cost with the trial's cameras.
+/// Steps the points into trial_points and returns the cost with the trial's cameras.
 Cost step_all_points(Equations& eq, double& predicted_twice);
 
 void covariances(Equations& eq, BundleResult& result, BundleCovariance* joint);

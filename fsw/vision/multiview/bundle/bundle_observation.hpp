@@ -17,7 +17,7 @@ struct Camera {
   double centre[3];
   double fx, fy, cx, cy;
   bool free;            ///< not fixed
-  std::uint32_t block;  ///< of a free one: its number among them
+  std::uint32_t block;  ///< index among the free cameras
 };
 
 struct Observation {
@@ -25,26 +25,27 @@ struct Observation {
   std::uint16_t camera;
 };
 
-/// Cauchy's function of squared residuals, bound^2 log(1 + squared / bound^2); bound 0 = plain least squares.
+/// Cauchy's loss of squared residuals, bound^2 log(1 + squared / bound^2). With bound 0 it is plain least squares.
 struct Loss {
   double bound = 0;  ///< px
 
   [[nodiscard]] double cost(double squared) const {
     return bound > 0 ? bound * bound * det_log(1 + squared / (bound * bound)) : squared;
   }
-  /// With which weighted least squares has the same gradient.
+  /// The weight with which weighted least squares has the same gradient.
   [[nodiscard]] double weight(double squared) const {
     return bound > 0 ? bound * bound / (bound * bound + squared) : 1;
   }
-  /// Mean over all directions of the derivative of a weighted residual by the residual.
+  /// Derivative of a weighted residual with respect to the residual, averaged over all directions.
   [[nodiscard]] static double slope(double weight) { return weight * weight; }
 };
 
-/// Residual and derivatives, both times the square root of the robust weight.
+/// Residual and its derivatives, both multiplied by the square root of the robust weight.
 struct Linearised {
-  double eu, ev;        ///< residual, px
-  double pu[3], pv[3];  ///< by the point; by the camera's centre with the opposite sign
-  double wu[3], wv[3];  ///< by the camera's rotation vector
+  double eu, ev;  ///< residual, px
+  /// Derivatives with respect to the point; those with respect to the camera's centre have the opposite sign.
+  double pu[3], pv[3];
+  double wu[3], wv[3];  ///< derivatives with respect to the camera's rotation vector
 };
 
 inline Linearised linearise(const Camera& camera, const Observation& o, const double point[3], const Loss& loss) {

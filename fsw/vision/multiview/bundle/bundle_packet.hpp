@@ -1,11 +1,11 @@
-// Inner loops of the bundle adjustment: points that the same cameras see share one register. Two are a packet; with
-// vectors of 32 bytes, two packets go side by side. Sums add one packet after the other, so that they have the same
-// bytes with vectors of both widths.
+// Inner loops of the bundle adjustment. Points that the same cameras see are processed together in one register. Two
+// such points form a packet; vectors of 32 bytes hold two packets side by side. Sums add one packet after the other, so
+// that the results are bit-identical for both vector widths.
 //
-// A camera's derivatives are taken with its centre in its own axes, where two of the twelve are zero: they stand in the
-// order turn x y z, shift z, shift x, shift y, so that the zeros come last. Those of a point are taken in the world.
-// With B = J_point L^-T of an observation, V = L L^T, the Schur complement of cameras a and b is the sum over points of
-// -J_a^T (B_a B_b^T) J_b: the factor between the Jacobians is 2 x 2.
+// The derivatives with respect to a camera are taken with its centre in its own axes, where two of the twelve are zero.
+// Their order is rotation x y z, centre z, centre x, centre y, so that the zeros come last. The derivatives with
+// respect to a point are taken in the world. With B = J_point L^-T of an observation, V = L L^T, the Schur complement
+// of cameras a and b is the sum over points of -J_a^T (B_a B_b^T) J_b, where the factor between the Jacobians is 2 x 2.
 #pragma once
 
 #include <cmath>
@@ -17,9 +17,9 @@
 
 namespace ilp::bundle {
 
-/// Additions and multiplications go lane by lane, so that their results do not depend on the machine.
+/// Additions and multiplications work lane by lane, so that their results do not depend on the machine.
 using Lanes = double __attribute__((vector_size(16)));
-/// The points of two packets. Only functions that are compiled for these vectors may use it.
+/// The points of two packets. Only functions compiled for 32-byte vectors may use it.
 using WideLanes = double __attribute__((vector_size(32)));
 
 template <typename V>
@@ -30,7 +30,7 @@ constexpr std::size_t packets_of = sizeof(V) / sizeof(Lanes);
 [[gnu::always_inline]] inline double sum(const Lanes& v) {
   return v[0] + v[1];
 }
-/// The points of packet `Packet`.
+/// Returns the lanes of packet `Packet`.
 template <std::size_t Packet, typename V>
 [[gnu::always_inline]] inline Lanes lanes_of_packet(const V& v) {
   if constexpr (packets_of<V> == 1) {
@@ -45,7 +45,7 @@ template <typename V>
   to += lanes_of_packet<0>(v);
   if constexpr (packets_of<V> == 2) to += lanes_of_packet<1>(v);
 }
-/// The lanes at(0), at(1) and so on.
+/// Returns a vector of the values at(0), at(1) and so on.
 template <typename V, typename At>
 [[gnu::always_inline]] inline V gather(const At& at) {
   if constexpr (packets_of<V> == 1) {
@@ -65,15 +65,16 @@ template <typename V>
   return all;
 }
 
-/// Observations by one camera.
+/// Residuals and derivatives of the observations by one camera.
 template <typename V>
 struct View {
-  V eu, ev;        ///< residual, px, times the root of the robust weight; so all below
-  V pu[3], pv[3];  ///< by the point
-  V u[6], v[6];    ///< by the camera; u[5] and v[4] are zero and not written
+  /// Residual, px. Like all members, it is multiplied by the square root of the robust weight.
+  V eu, ev;
+  V pu[3], pv[3];  ///< derivatives with respect to the point
+  V u[6], v[6];    ///< derivatives with respect to the camera; u[5] and v[4] are zero and not written
 };
 
-/// Projection of the points; a depth is not positive if its point is not in front of the camera.
+/// Projections of the points. The depth of a point that is not in front of the camera is 0 or negative.
 template <typename V>
 struct Projection {
   V x, y, inverse_z, depth;
@@ -90,7 +91,7 @@ template <typename V>
   out.y = (r[3] * d0 + r[4] * d1 + r[5] * d2) * out.inverse_z;
 }
 
-/// Roots of the robust weights.
+/// Square roots of the robust weights.
 template <typename V>
 [[gnu::always_inline]] inline V root_weights(const V& squared, const Loss& loss) {
   if (loss.bound <= 0) return V{} + 1.0;
@@ -105,7 +106,8 @@ template <typename V>
   return gather<V>([&](std::size_t lane) { return loss.cost(squared[lane]); });
 }
 
-/// Residuals and derivatives; those by the camera are zero in a lane where `counts` is.
+/// Computes residuals and derivatives. The derivatives with respect to the camera are zero in lanes where `counts` is
+/// zero.
 template <typename V>
 [[gnu::always_inline]] inline void view(const Camera& camera, const V& observed_x, const V& observed_y,
                                         const V (&point)[3], const Loss& loss, const V& counts, View<V>& out) {
@@ -157,8 +159,8 @@ template <typename V>
   n1[5] = m11 * b.v[5];
 }
 
-/// A block of the Schur complement, 6 x 6 row-major in the order of the derivatives. `at` takes the order of a camera's
-/// parameters. Of a diagonal block only elements with row <= column are there, in that order.
+/// A block of the Schur complement, 6 x 6 row-major in the order of the derivatives. `at` takes indices in the order of
+/// a camera's parameters. A diagonal block contains only elements with row <= column in the order of the derivatives.
 struct Block {
   Lanes element[36];
 
@@ -168,7 +170,7 @@ struct Block {
   }
 };
 
-/// Two neighbouring columns of a packet.
+/// Two neighbouring columns of packet `Packet`.
 template <std::size_t Packet>
 [[gnu::always_inline]] inline WideLanes two_columns(const WideLanes& first, const WideLanes& second) {
   return __builtin_shufflevector(first, second, 2 * Packet, 2 * Packet + 1, 4 + 2 * Packet, 5 + 2 * Packet);
@@ -184,7 +186,7 @@ template <std::size_t Packet>
   std::memcpy(to, &columns, sizeof(columns));
 }
 
-/// block += J_a^T (n0; n1) for one packet of two; of a diagonal block only what its upper triangle needs.
+/// block += J_a^T (n0; n1) for one of two packets. In a diagonal block only the upper triangle is updated.
 template <std::size_t Packet, bool Diagonal>
 [[gnu::always_inline]] inline void add_packet_block(const View<WideLanes>& a, const WideLanes (&n0)[6],
                                                     const WideLanes (&n1)[6], Block& block) {

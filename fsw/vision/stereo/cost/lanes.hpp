@@ -34,10 +34,10 @@ template <typename V>
   return a < b ? a : b;
 }
 
-// Of those who take the even and the odd bytes of a word.
+// Functions that take the even and the odd bytes of a word rely on this.
 static_assert(std::endian::native == std::endian::little);
 
-/// The words of both vectors as bytes; all of them must be 0 to 255.
+/// Converts the words of both vectors to bytes; all of them must be 0 to 255.
 [[nodiscard, gnu::always_inline]] inline U8 bytes_of_words(I16 first, I16 second) {
 #if defined(__SSE2__)
   // GCC does not find this instruction by itself.
@@ -48,13 +48,13 @@ static_assert(std::endian::native == std::endian::little);
 #endif
 }
 
-/// Eight bytes as words.
+/// Loads eight bytes as words.
 [[nodiscard, gnu::always_inline]] inline I16 words_at(const std::uint8_t* from) {
   using Bytes [[gnu::vector_size(8)]] = std::uint8_t;
   return __builtin_convertvector(load<Bytes>(from), I16);
 }
 
-/// Masks of both vectors as those of words, or values that words hold.
+/// Narrows the elements of both vectors to words. They must be masks, or values that fit a word.
 [[nodiscard, gnu::always_inline]] inline I16 words_of(I32 first, I32 second) {
 #if defined(__SSE2__)
   return reinterpret_cast<I16>(__builtin_ia32_packssdw128(first, second));
@@ -64,21 +64,21 @@ static_assert(std::endian::native == std::endian::little);
 #endif
 }
 
-/// The sums of both products of each pair of words.
+/// Multiplies word by word and adds the two products of each pair of neighbouring words.
 [[nodiscard, gnu::always_inline]] inline I32 products_of(I16 a, I16 b) {
   I32 sums{};
   WordLanes<KnownWidth<VectorWidth::bytes16>>::add_products(a, b, sums);
   return sums;
 }
 
-/// Four bytes, or all, of a vector.
+/// Repeats the four bytes of quarter `Quarter` over the whole vector.
 template <int Quarter>
 [[nodiscard, gnu::always_inline]] inline U8 spread(U8 v) {
   const auto quarters = reinterpret_cast<U32>(v);
   return reinterpret_cast<U8>(__builtin_shufflevector(quarters, quarters, Quarter, Quarter, Quarter, Quarter));
 }
 
-/// The lowest byte in every byte.
+/// Sets every byte to the lowest byte of the vector.
 [[nodiscard, gnu::always_inline]] inline U8 lowest_everywhere(U8 v) {
   const auto halves = reinterpret_cast<U32>(v);
   v = lower(v, reinterpret_cast<U8>(__builtin_shufflevector(halves, halves, 2, 3, 0, 1)));
@@ -98,7 +98,7 @@ template <int Quarter>
   v = lower(v, __builtin_shufflevector(v, v, 1, 0, 3, 2, 5, 4, 7, 6));
   return v[0];
 }
-/// Whether any bit is set.
+/// Returns true if any bit is set.
 [[nodiscard, gnu::always_inline]] inline bool any(I16 v) {
   const auto halves = reinterpret_cast<U64>(v);
   return (halves[0] | halves[1]) != 0;

@@ -1,5 +1,5 @@
-// The disparities that each tile of the image searches (paper 3.3: coarse to fine). A map at a quarter of the
-// resolution gives the range in which the ground of a tile lies.
+// The disparities that each tile of an image searches (paper 3.3: coarse to fine). A disparity map at a quarter of the
+// resolution gives the range of the ground in a tile.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 
 namespace ilp {
 
-/// Disparities are processed in blocks of this many, so that every inner loop is a whole number of vectors.
+/// Disparities per block. Disparities are processed in blocks, so that inner loops work on whole vectors.
 inline constexpr std::int32_t disparity_block = 16;
 [[nodiscard]] constexpr std::int32_t whole_blocks(std::int32_t disparities) {
   return (disparities + disparity_block - 1) / disparity_block * disparity_block;
@@ -31,7 +31,7 @@ struct SearchRun {
   bool operator==(const SearchRun&) const = default;
 };
 
-/// The runs of a row, from the left, without gaps.
+/// The runs of a row, from left to right, without gaps.
 struct SearchRow {
   std::array<SearchRun, static_cast<std::size_t>(max_search_tiles)> runs;
   std::int32_t size = 0;
@@ -41,8 +41,8 @@ struct SearchRow {
 };
 [[nodiscard]] bool operator==(const SearchRow& a, const SearchRow& b);
 
-/// Calls `use(count)` with `count` as a type that converts to the number. The usual short searches thus have a count
-/// that the compiler knows, and their loops need no control.
+/// Calls `use(count)`. For the usual short searches `count` is passed as a type that converts to the number, so that
+/// the compiler knows the number of iterations of loops over it.
 template <typename Use>
 void with_known_count(std::int32_t count, Use use) {
   switch (count) {
@@ -55,23 +55,24 @@ void with_known_count(std::int32_t count, Use use) {
   }
 }
 
-/// Every column searches the whole range.
+/// Returns a row in which every column searches the whole range.
 [[nodiscard]] SearchRow search_everything(std::int32_t width, std::int32_t padded_disparities);
 
-/// The map of a CoarsePair (coarse_level.hpp): pixels and disparities count coarse_step pixels of the image.
+/// Disparity map of a CoarsePair (coarse_level.hpp). Pixels and disparities are in units of coarse_step px of the
+/// image.
 struct CoarseMap {
   ImageView<const float> disparity_px;
   ImageView<const float> sigma_px;  ///< 0 = not matched
   MaskView left_valid;
 };
 
-/// Added to the range of a tile on either side, for objects that are too small for the coarse map.
+/// Margin at both ends of a tile's range, for objects that are too small for the coarse map.
 inline constexpr std::int32_t search_margin_px = 5;
 
-/// What rows `band * search_tile` and the following search: in each tile the disparities that the coarse map has there
-/// and up to half a tile around it, and search_margin_px more at both ends. Tiles of which the coarse map
-/// could not match nine tenths search the whole range. A pixel that the other image does not show at
-/// any of the tile's disparities does not count as unmatched. `width`: of the full resolution.
+/// Returns the search of the search_tile rows from `band * search_tile` on. Each tile searches the disparities that the
+/// coarse map has in the tile and up to half a tile around it, widened by search_margin_px at both ends. A tile
+/// searches the whole range if the coarse map matched less than nine tenths of its pixels; pixels that the right image
+/// does not show at any of the tile's disparities are not counted. `width` is the image width at full resolution, px.
 [[nodiscard]] SearchRow search_of_band(const CoarseMap& coarse, std::int32_t width, std::int32_t band,
                                        const DisparityRange& range);
 

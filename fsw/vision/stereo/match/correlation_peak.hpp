@@ -1,4 +1,4 @@
-// The place of the correlation's peak between whole disparities, and its error.
+// Sub-pixel position of a correlation peak between whole disparities, and its error.
 #pragma once
 
 #include <algorithm>
@@ -6,12 +6,13 @@
 
 namespace ilp {
 
-/// Correlations one disparity before the winner, at it and after it; any common unit for the vertex, 1 for the error.
+/// Correlations at the winning disparity and at the disparities one below (`before`) and one above (`after`).
+/// peak_vertex takes any common unit; for peak_sigma a perfect correlation is 1.
 struct CorrelationPeak {
   float before = 0, at = 0, after = 0;
 };
 
-/// Vertex of the parabola, in px from the middle, at most half a pixel.
+/// Returns the vertex of the parabola through the three correlations, px from the winning disparity, -0.5 to 0.5.
 [[nodiscard]] inline float peak_vertex(const CorrelationPeak& peak) {
   const float curvature = 2 * peak.at - peak.before - peak.after;
   const float vertex = 0.5F * (peak.after - peak.before) / curvature;
@@ -20,10 +21,11 @@ struct CorrelationPeak {
   return curvature > 0 ? clamped : 0.0F;
 }
 
-/// One sigma, px, as that of least-squares matching of the window. With N = V + n s^2 (ncc_cost.hpp), the curvature of
-/// the correlation times N is the gradient energy, and the residual is the correlation's deficit beyond the damping,
+/// Returns the one-sigma error of the peak, px, as in least-squares matching of the window. With N = V + n s^2
+/// (ncc_cost.hpp), the curvature of the correlation times N is the gradient energy, and the residual is the part of the
+/// correlation's deficit that exceeds the damping,
 ///   sigma^2 = 2 (N (1 - ncc) - n s^2) / (n N |ncc''|).
-/// `deviation` is V, `damping` n s^2, `area` n.
+/// `deviation` is V, `damping` is n s^2, `area` is n.
 [[nodiscard]] inline float peak_sigma(const CorrelationPeak& peak, float deviation, float damping, float area) {
   constexpr float most_px = 4.0F;
   // Rounding to whole grey levels, in both images.

@@ -1,5 +1,5 @@
-// Disparities at the edge of the view, where a part of the window shows no ground: resampling has filled it with the
-// border's grey values.
+// Checks disparities at the edge of the view. A part of the window there shows no ground, because resampling has filled
+// it with the grey values of the border.
 #pragma once
 
 #include <array>
@@ -16,9 +16,10 @@ inline constexpr std::int32_t border_reach = 4;
 
 struct BorderWorkspace {
   using Row = std::array<std::uint8_t, static_cast<std::size_t>(limits::max_rectified_width)>;
-  /// By row modulo the count: 1 where the whole window around the pixel is in view.
+  /// Ring of rows, indexed by row modulo the number of rows: 1 if the whole window around the pixel is in view.
   std::array<Row, 2 * border_reach + 1> left_inner, right_inner;
-  /// The right row's inner columns: the first ones without a gap, which are nearly always all there are.
+  /// Inner columns of a right row: the first contiguous span of them. `all`: there are no others, which is nearly
+  /// always so.
   struct Span {
     std::int32_t begin = 0, end = 0;
     bool all = false;
@@ -27,10 +28,10 @@ struct BorderWorkspace {
   Row column;
 };
 
-/// Invalidates pixels of row `y` (sigma 0) whose window reaches out of the view of either image and whose disparity is
-/// further than `params.border_step_px` from the median of the inner pixels within border_reach. Inner pixels are those
-/// with the whole window in view; where there are none, the pixel stays. Rows come in the order y = 0 .. height - 1,
-/// and the rows up to y + border_reach must be in place.
+/// Checks row `y`. A pixel is an inner pixel if its whole window is in view in both images. A pixel that is not an
+/// inner one is invalidated (sigma 0) if its disparity differs by more than `params.border_step_px` from the median of
+/// the inner pixels within border_reach; without such inner pixels it stays. Rows must be checked in the order y = 0 ..
+/// height - 1, and the rows up to y + border_reach must be complete.
 void check_border_row(MaskView left_valid, MaskView right_valid, const StereoParams& params, std::int32_t y,
                       ImageView<const float> disparity_px, const ImageView<float>& sigma_px,
                       BorderWorkspace& workspace);

@@ -1,4 +1,4 @@
-// Finds the few columns of a row that need work, several at a time.
+// Visits the few columns of a row that need work; several flags are tested at a time.
 #pragma once
 
 #include <algorithm>
@@ -7,9 +7,9 @@
 
 namespace ilp {
 
-/// Calls `use(x)` for the columns from `begin` to `end` - 1 with `flag(x)`, from left to right. Flags of up to 64
-/// columns are asked before their first use, so that `use(x)` must not change those of other columns. `flag` returns 0
-/// or 1 and should not branch.
+/// Calls `use(x)` for each column x in begin .. end - 1 with `flag(x)` = 1, from left to right. The flags of up to 64
+/// columns are read before the first `use(x)` among them, so `use(x)` must not change the flags of other columns.
+/// `flag` returns 0 or 1 and should not branch.
 template <typename Flag, typename Use>
 [[gnu::always_inline]] inline void for_each_flagged(std::int32_t begin, std::int32_t end, Flag flag, Use use) {
   constexpr std::int32_t chunk = 64;

@@ -1,4 +1,4 @@
-// Connected pixels, as a forest that grows while rows come in order.
+// Connected components of pixels as a union-find forest that grows row by row.
 #pragma once
 
 #include <array>
@@ -8,13 +8,14 @@
 
 namespace ilp {
 
-/// A link >= 0 is the index of a parent; a link < 0 is a root with minus the sum of its tree, so that a sum must stay
+/// A link >= 0 is the index of the parent. A link < 0 marks a root; it is minus the sum of its tree, so sums must stay
 /// positive.
 struct PixelForest {
   std::array<std::int32_t, limits::max_rectified_pixels> links;
 };
 
-/// Parents always have a smaller index, so the walk ends; halving keeps it short.
+/// Returns the root of a pixel's tree. Parents always have a smaller index, so the loop ends; path halving keeps it
+/// short.
 inline std::int32_t root_of(std::int32_t* links, std::int32_t pixel) {
   while (links[pixel] >= 0) {  // bound: the pixels; parents have smaller indices
     const std::int32_t parent = links[pixel];
@@ -24,7 +25,7 @@ inline std::int32_t root_of(std::int32_t* links, std::int32_t pixel) {
   return pixel;
 }
 
-/// `offset` is what every sum has besides its pixels'.
+/// Joins the trees of pixels a and b and adds their sums. `offset` is the constant part that every sum contains once.
 inline void join(std::int32_t* links, std::int32_t a, std::int32_t b, std::int32_t offset) {
   a = root_of(links, a);
   b = root_of(links, b);

@@ -1,5 +1,5 @@
-// Dense matching of a rectified pair (paper 3.3): normalised cross correlation over a small window, dynamic programming
-// along scanlines, sub-pixel disparities with their errors. Pixels that cannot be matched are invalid, but for small
+// Dense matching of a rectified pair (paper 3.3): normalised cross-correlation over a small window, dynamic programming
+// along scanlines, sub-pixel disparities with their errors. Pixels that cannot be matched are invalid, except in small
 // gaps that the ground around them supports and the images confirm.
 #pragma once
 
@@ -25,7 +25,7 @@
 
 namespace ilp {
 
-/// One matcher works at a time; each begins with what it writes itself.
+/// Memory of the row matchers. Only one of them is in use, and each initialises what it reads.
 union RowMatcherWorkspace {
   RowMatcherWorkspace() : semi_global() {}
 
@@ -36,7 +36,8 @@ union RowMatcherWorkspace {
   OrderedWorkspace ordered;
 };
 
-/// Rows that a matcher takes at once: their correlations and what it chose.
+/// Largest number of rows that a matcher processes at once. MatchedRow holds the correlations of one of them and the
+/// chosen disparities.
 inline constexpr std::int32_t max_rows_at_once = row_lanes;
 static_assert(search_tile % max_rows_at_once == 0, "rows at once have one search");
 struct MatchedRow {
@@ -44,7 +45,7 @@ struct MatchedRow {
   std::array<float, static_cast<std::size_t>(limits::max_rectified_width)> variance;
   std::array<RowWinner, static_cast<std::size_t>(limits::max_rectified_width)> winners;
 
-  /// Between spare elements, which loads of whole vectors reach.
+  /// The correlations. Spare elements before and after them allow loads of whole vectors.
   [[nodiscard]] std::int16_t* ncc() { return padded_ncc.data() + disparity_block; }
   [[nodiscard]] const std::int16_t* ncc() const { return padded_ncc.data() + disparity_block; }
 };
@@ -52,7 +53,7 @@ struct MatchedRow {
 struct StereoWorkspace {
   union {
     NccWorkspace ncc;
-    /// Of the result, when all rows are matched. They last until another pair is matched.
+    /// Kinds of the result's pixels, written after all rows are matched. They are valid until another pair is matched.
     std::array<DisparityKind, limits::max_rectified_pixels> kinds;
   };
   RowMatcherWorkspace matcher;
@@ -64,20 +65,23 @@ struct StereoWorkspace {
   GapWorkspace gaps;
   std::array<MatchedRow, static_cast<std::size_t>(max_rows_at_once)> rows;
   alignas(64) std::array<std::uint8_t, max_cost_entries> cost_row;
-  std::array<SearchRow, static_cast<std::size_t>(max_search_bands)> search;  ///< by band of search_tile rows
+  /// Search of each band of search_tile rows.
+  std::array<SearchRow, static_cast<std::size_t>(max_search_bands)> search;
 };
 
-/// Matches one pair at a time, a band of scanlines per step: first at a quarter of the resolution, to learn where to
-/// search, then at the full one. Views must outlive the last step; until then the result holds intermediate values.
+/// Matches one pair at a time, some scanlines per step: first at a quarter of the resolution, to find the disparities
+/// to search, then at full resolution. The views given to `begin` must outlive the last step. Until then the result
+/// holds intermediate values.
 class StereoMatcher {
  public:
-  /// Both images, the masks and the result have the same size; the result's kinds are in the workspace. Grey outside a
-  /// mask should continue the image (resampling does so). Errors: `invalid_argument` (sizes, range empty, parameters),
-  /// `image_too_large`, `disparity_range_exceeded` when the range holds more than limits::max_disparities.
+  /// Begins a pair. Images, masks and result must have the same size; the kinds of the result are kept in `workspace`.
+  /// Grey values outside a mask should continue the image, as resample_rows leaves them. Returns `invalid_argument` if
+  /// the sizes differ, the range is empty or a parameter is out of range; `image_too_large` if the image exceeds the
+  /// limits; `disparity_range_exceeded` if the range holds more than limits::max_disparities.
   Status begin(GrayView left, GrayView right, MaskView left_valid, MaskView right_valid, const DisparityRange& range,
                const StereoParams& params, StereoWorkspace& workspace, const DisparityView& result);
 
-  /// Does up to `rows` scanlines of work. The result is final when it answers that there is no more.
+  /// Processes up to `rows` scanlines. Returns true while work is left; after false, the result is final.
   Result<bool> step(std::int32_t rows);
   [[nodiscard]] const DisparityView& result() const { return result_; }
 
@@ -106,11 +110,11 @@ class StereoMatcher {
   [[nodiscard]] std::int32_t rows_of(Phase phase) const;
 
   Phase phase_ = Phase::done;
-  std::int32_t row_ = 0;  ///< next of the phase
+  std::int32_t row_ = 0;  ///< next row of the phase
   CoarsePair coarse_;
   NccRows coarse_rows_, rows_;
   DisparityRange coarse_range_;
-  DisparityView coarse_result_;  ///< in the corner of the result
+  DisparityView coarse_result_;  ///< in the top left corner of the result's memory
   DisparityRange range_;
   StereoParams params_;
   PathPenalties penalties_;

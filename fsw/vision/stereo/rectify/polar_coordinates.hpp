@@ -1,4 +1,5 @@
-// Directions around a baseline: the azimuth, common to both cameras, and the advance, how far along the baseline.
+// Polar coordinates of a viewing direction about the baseline: the azimuth, which is common to both cameras, and the
+// advance, a function of the angle from the baseline.
 #pragma once
 
 #include "fsw/base/geometry.hpp"
@@ -7,21 +8,25 @@
 
 namespace ilp {
 
-/// Inverse hyperbolic sine and its inverse, to 1e-15 absolute for |x| < 1e6.
+/// Inverse hyperbolic sine (absolute error 1e-15 for |x| < 1e6), hyperbolic sine and hyperbolic cosine. They give the
+/// same value on every machine.
 [[nodiscard]] double det_asinh(double x);
 [[nodiscard]] double det_sinh(double x);
 [[nodiscard]] double det_cosh(double x);
 
-/// Cotangent of the angle between the direction q (any length, axes of RectifiedPair) and the baseline.
+/// Returns the cotangent of the angle between the direction q (any length, axes of RectifiedPair) and the baseline.
 [[nodiscard]] double cotangent_of(const Vec3& q);
-/// asinh of that: -log tan(angle / 2), Mercator's latitude about the baseline. With the azimuth a conformal map.
+/// Returns the advance of a direction: asinh of its cotangent, which is -log tan(angle / 2), the latitude of Mercator's
+/// projection about the baseline. With the azimuth it is a conformal map.
 [[nodiscard]] double advance_of(const Vec3& q);
-/// About the baseline from z towards y, rad in (-pi, pi].
+/// Returns the azimuth of a direction: its angle about the baseline from the z axis towards the y axis, rad in (-pi,
+/// pi].
 [[nodiscard]] double azimuth_of(const Vec3& q);
 
 [[nodiscard]] bool contains(const PolarSector& sector, double cotangent, double azimuth);
 
-/// Row of an azimuth, of all its turns the one nearest to the middle of the image.
+/// Returns the row of an azimuth. Of the rows that differ by full turns, it is the one nearest to the middle of the
+/// image.
 [[nodiscard]] double polar_row(const RectifiedPair& pair, double azimuth);
 
 }  // namespace ilp

@@ -1,6 +1,7 @@
-// Two images resampled so that matching points share a row: by homographies, which turn both cameras to a common
+// Plans the resampling of two images so that matching points share a row. Homographies turn both cameras to a common
 // orientation (A. Fusiello, E. Trucco, A. Verri, "A compact algorithm for rectification of stereo pairs", Machine
-// Vision and Applications 12, 2000), or in polar coordinates about the baseline (polar_rectification.hpp).
+// Vision and Applications 12, 2000); the alternative are polar coordinates about the baseline
+// (polar_rectification.hpp).
 #pragma once
 
 #include <cstdint>
@@ -12,28 +13,34 @@
 
 namespace ilp {
 
-/// Depth along the reference camera's optical axis, in units of the world.
+/// Range of depths along the reference camera's optical axis, world units.
 struct DepthRange {
   double nearest = 0;
   double farthest = 0;
 };
 
-/// Range of the depths of world points in a camera, without the `outlier_share` at either end, widened on both sides by
-/// the share `margin`. Points behind the camera do not count. `too_few_matches` when fewer than 8 remain.
+/// Computes the range of the depths of world points in a camera. The share `outlier_share` of the points is left out at
+/// either end, and the range is then widened at both ends by `margin` times its length. Points behind the camera do not
+/// count. Returns `too_few_matches` if fewer than 8 points are in front of the camera.
 Status depth_range_of(const RigidTransform& cam_from_world, const Vec3* points_world, std::size_t count,
                       double outlier_share, double margin, DepthRange& range);
 
 struct RectificationParams {
-  double max_axes_angle_rad = 1.05;  ///< between the optical axes: beyond it the views hardly share ground
-  double max_turn_rad = 0.87;  ///< of either optical axis: the rest up to 90 degrees is left to the image's half angle
-  double min_scale = 0.5;      ///< of the focal length: this much resolution may be lost to fit the limits
-  double scale = 1;            ///< factor on the resolution and on its limits: a smaller one is coarser and faster
-  double margin_px = 2;        ///< added to the disparities at both ends of the range
-  double polar_scale = 0.75;   ///< px per px of the image at a ring's outer edge; its inner edge then has 1.7 at most
-  double min_parallax_px = 4;  ///< polar: ground that moves less gets no depth; 0.2 px of error in 4 px is 5 % of depth
+  /// Largest angle between the optical axes; at larger angles the views hardly share ground.
+  double max_axes_angle_rad = 1.05;
+  /// Largest turn of either optical axis; the rest up to 90 degrees is for half the field of view.
+  double max_turn_rad = 0.87;
+  /// Least ratio of the rectified focal length to the image's, when the pair is reduced to fit the limits.
+  double min_scale = 0.5;
+  double scale = 1;      ///< factor on the resolution and on its limits; below 1 the pair is coarser and faster
+  double margin_px = 2;  ///< added to the disparities at both ends of the range
+  /// Polar: rectified px per image px at a ring's outer edge; at its inner edge there are at most 1.7.
+  double polar_scale = 0.75;
+  /// Polar: ground with less parallax gets no depth; an error of 0.2 px in 4 px is 5 % of the depth.
+  double min_parallax_px = 4;
 };
 
-/// Box of normalised coordinates (X/Z, Y/Z) inside which a camera's distortion may be applied.
+/// Box of normalised coordinates (X/Z, Y/Z) in which a camera's distortion model is valid.
 struct FieldOfView {
   double min_x = 0, max_x = 0, min_y = 0, max_y = 0;
 };
@@ -41,45 +48,46 @@ struct FieldOfView {
 
 enum class RectificationMethod : std::uint8_t { homography, polar };
 
-/// Part of the directions around the baseline, low <= value < high.
+/// A sector of the directions around the baseline: low <= value < high.
 struct PolarSector {
-  double low_cotangent = 0, high_cotangent = 0;  ///< of the angle from the baseline
+  double low_cotangent = 0, high_cotangent = 0;  ///< cotangent of the angle from the baseline
   double low_azimuth = 0, high_azimuth = 0;      ///< rad
 };
 
-/// Both methods look along axes x, y, z: x runs from the left camera's centre to the right one's. A pixel of direction
-/// q in these axes has column and row
+/// The geometry of a rectified pair. Both methods use axes x, y, z, where x points from the left camera's centre to the
+/// right one's. A direction q in these axes has column and row
 ///   homography  focal_px q_x / q_z + cx,        focal_px q_y / q_z + cy
 ///   polar       focal_px asinh(cot a) + cx,     focal_px atan2(q_y, q_z) + cy    with cot a = q_x / |(q_y, q_z)|
-/// so that x_left - x_right - disparity_offset_px() is focal_px * baseline / Z (homography; Z is the depth along z) or
-/// a function of the column and the distance of the point (polar; depth.hpp). The left camera is the reference. A
-/// rectified image may have any angle to the original.
+/// The difference x_left - x_right - disparity_offset_px() is focal_px * baseline / Z for homographies, where Z is the
+/// depth along z. For polar coordinates it is a function of the column and the distance of the point (depth.hpp). The
+/// left camera is the reference. A rectified image may be rotated by any angle against the original.
 struct RectifiedPair {
   RectificationMethod method = RectificationMethod::homography;
-  std::int32_t width = 0, height = 0;  ///< px, of both images
+  std::int32_t width = 0, height = 0;  ///< size of both rectified images, px
   double focal_px = 0;                 ///< polar: px per radian of azimuth
   double cx_left = 0, cx_right = 0, cy = 0;
-  double baseline = 0;  ///< units of the world
+  double baseline = 0;  ///< world units
   Mat3 rect_from_left = Mat3::Identity(), rect_from_right = Mat3::Identity();
   FieldOfView field_of_view;
-  PolarSector sector;     ///< polar: what this pair gives depth for; its images reach a little further
-  double resolution = 1;  ///< rectified px per px of the left image, where it is least
+  PolarSector sector;     ///< polar: directions that this pair gives depth for; its images extend a little beyond
+  double resolution = 1;  ///< rectified px per px of the left image, at the pixel where this ratio is smallest
 
   [[nodiscard]] double disparity_offset_px() const { return cx_left - cx_right; }
 };
 
-/// Plans by homographies. The pair is cropped to the common rows and to the columns that can have a match. Errors:
-/// `rectification_impossible` (b = RectificationFault); `invalid_argument` for an empty depth range.
-/// `disparity_range_exceeded` is a warning: pair and range are usable, but the near end of the range was cut.
+/// Plans a rectification by homographies. The pair is cropped to the common rows and to the columns that can have a
+/// match. Returns `rectification_impossible` (b = RectificationFault) if the geometry does not allow it,
+/// `invalid_argument` if the depth range is empty. `disparity_range_exceeded` is a warning: pair and range are usable,
+/// but the near end of the range was cut.
 Status plan_rectification(const CameraModel& camera, const RigidTransform& left_from_world,
                           const RigidTransform& right_from_world, const DepthRange& depth,
                           const RectificationParams& params, RectifiedPair& pair, DisparityRange& range);
 
-/// Rectified pixel of the direction `normalised` (X/Z, Y/Z) of the left or right camera; polar rows are those nearest
-/// to the image, as an azimuth has many.
+/// Returns the rectified pixel of the direction `normalised` (X/Z, Y/Z) of the left or right camera. A polar azimuth
+/// has several rows; the result is the one nearest to the middle of the image.
 [[nodiscard]] Vec2 rectified_left(const RectifiedPair& pair, const Vec2& normalised);
 [[nodiscard]] Vec2 rectified_right(const RectifiedPair& pair, const Vec2& normalised);
-/// True if this pair gives depth for the direction `normalised` of the left camera. Homographies do for all directions.
+/// Returns true if this pair gives depth for the direction `normalised` of the left camera; for homographies always.
 [[nodiscard]] bool gives_depth(const RectifiedPair& pair, const Vec2& normalised);
 
 }  // namespace ilp

@@ -1,4 +1,4 @@
-// The ordering constraint (paper 3.3): along a scanline, points appear in the same order in both images.
+// Applies the ordering constraint (paper 3.3): along a scanline, points appear in the same order in both images.
 #pragma once
 
 #include <array>
@@ -10,9 +10,9 @@ namespace ilp {
 
 struct OrderingWorkspace {
   using Row = std::array<std::uint16_t, static_cast<std::size_t>(limits::max_rectified_width)>;
-  /// Of the chains of each length, the one with the smallest last right column: this column, and the left column + 1.
+  /// For each chain length, the chain whose last right column is smallest: this column, and its left column + 1.
   Row last_right, last_left;
-  /// Per left column: the left column + 1 before it in its chain, 0 at the beginning.
+  /// Per left column: the previous left column of its chain + 1; 0 at the beginning of the chain.
   Row previous;
 };
 

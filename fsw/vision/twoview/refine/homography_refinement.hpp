@@ -6,7 +6,7 @@
 
 namespace ilp {
 
-/// Returns false when the cost did not fall.
+/// Refines `homography` (normalised coordinates). Returns false if the cost did not fall.
 bool refine_homography(const NormalisedPairs& pairs, const PairSelection& selection, const RefinementParams& params,
                        Mat3& homography);
 

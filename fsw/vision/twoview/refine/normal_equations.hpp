@@ -1,4 +1,4 @@
-// Minima of robust costs in a handful of unknowns.
+// Minimises a robust cost of few unknowns by Levenberg-Marquardt.
 #pragma once
 
 #include "fsw/vision/geometry/levenberg_marquardt.hpp"
@@ -14,7 +14,7 @@ struct NormalEquations {
   double cost = 0;
 };
 
-/// What levenberg_marquardt_step() needs of a problem whose equations are solved at once.
+/// Adapts a Problem to levenberg_marquardt_step(): its normal equations are solved as one dense system.
 template <class Problem>
 struct DenseSteps {
   using Vector = Eigen::Matrix<double, Problem::dof, 1>;
@@ -52,8 +52,8 @@ struct DenseSteps {
 ///   void linearise(const State&, NormalEquations<dof>&);
 ///   double cost(const State&);
 ///   State moved(const State&, const Eigen::Matrix<double, dof, 1>& step);
-/// Stops after `max_steps` trials or when the cost falls by less than the share `min_gain`. Returns false when the cost
-/// did not fall.
+/// Stops after `max_steps` trials, or if a step lowers the cost by less than `min_gain` times the cost. Returns false
+/// if the cost did not fall.
 template <class Problem>
 bool minimise(const Problem& problem, typename Problem::State& state, std::uint32_t max_steps, double min_gain) {
   DenseSteps<Problem> steps{problem, state};

@@ -5,7 +5,7 @@
 
 namespace ilp {
 
-/// What a match costs near the bound c of its error r, and beyond it.
+/// Cost of a match with error r, for the bound c.
 enum class RobustLoss : std::uint8_t {
   truncated,  ///< min(r^2, c^2)
   tukey,      ///< smooth, constant beyond c (J. W. Tukey's biweight)
@@ -13,12 +13,12 @@ enum class RobustLoss : std::uint8_t {
 
 struct RefinementParams {
   RobustLoss loss = RobustLoss::truncated;
-  double bound_px = 1;
+  double bound_px = 1;  ///< the cost of larger errors is constant
   std::uint32_t max_steps = 10;
-  double min_gain = 1e-6;
+  double min_gain = 1e-6;  ///< the refinement ends if a step lowers the cost by a smaller share
 };
 
-/// What one match costs, and the weight that its squared error has in the normal equations.
+/// Cost of one match (px^2), and the weight of its squared error in the normal equations.
 struct RobustCost {
   double cost;
   double weight;

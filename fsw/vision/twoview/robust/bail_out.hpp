@@ -6,20 +6,21 @@
 
 namespace ilp {
 
-/// What a model must stay below to be of interest.
+/// The cost below which a model is of interest.
 struct CostBound {
-  double cost = 1e300;  ///< px^2, of all matches
-  /// The matches seen so far are a random part of all. A model is abandoned when they put its expected cost above
-  /// `cost` by this many standard deviations. With zero it is abandoned only when its cost exceeds the bound.
+  double cost = 1e300;  ///< px^2, sum over all matches
+  /// The matches scored so far are a random sample of all. A model is abandoned if the total cost expected from the
+  /// sample exceeds `cost` by this many standard deviations. With 0 it is abandoned only if its cost so far exceeds
+  /// `cost`.
   double deviations = 0;
 };
 
-/// With this bound one in 700 models that equal the best one so far is lost, and fewer of the better ones.
+/// With three, one in 700 models as good as the best one so far is lost, and fewer of the better ones.
 inline constexpr double sample_deviations = 3;
 
 class BailOut {
  public:
-  /// `largest` is what one match costs at most, `total` the number of matches.
+  /// `largest`: highest cost of one match, px^2. `total`: number of matches.
   BailOut(const CostBound& bound, double largest, std::size_t total)
       : bound_(bound.cost), share_(bound.cost / (largest * static_cast<double>(total))), total_(total) {
     // Costs that are either 0 or `largest` have the largest variance of all costs with this mean.
@@ -27,7 +28,7 @@ class BailOut {
     active_ = share_ < 1 && bound.deviations > 0;
   }
 
-  /// True when a model that costs `cost` over the first `seen` matches need not be followed further.
+  /// True if a model whose first `seen` matches cost `cost` is abandoned.
   [[nodiscard]] bool operator()(double cost, std::size_t seen) const {
     if (!(cost < bound_)) return true;
     if (!active_) return false;

@@ -1,4 +1,5 @@
-// Relative pose as a problem for ransac(): five matches make a model, the pose is refined, cheirality counts.
+// Relative pose as a problem for ransac(), with samples of five matches and the test of cheirality (points in front of
+// both cameras).
 #pragma once
 
 #include "fsw/vision/twoview/refine/epipolar_refinement.hpp"
@@ -8,8 +9,8 @@
 
 namespace ilp {
 
-/// The matches within `threshold_px` of the pose's epipolar geometry that meet in front of both cameras (or whose
-/// parallax is within `threshold_px`); returns the sum of their squared distances, px^2.
+/// Selects the matches within `threshold_px` of the pose's epipolar geometry whose rays meet in front of both cameras
+/// or whose parallax is within `threshold_px`. Returns the sum of their squared Sampson distances, px^2.
 double select_inliers(const NormalisedPairs& pairs, const RigidTransform& b_from_a, double threshold_px,
                       PairIndices& selected);
 
@@ -22,7 +23,7 @@ struct EssentialProblem {
   double threshold_px;
   PairIndices& scratch;
 
-  /// The poses that have all five points in front of both cameras.
+  /// Writes the poses with all five points in front of both cameras. Returns their number.
   std::size_t solve(const std::uint16_t* sample, Model* models);
   bool score(const Model& model, const CostBound& bound, RansacScore& score) const;
   bool improve(Model& model);

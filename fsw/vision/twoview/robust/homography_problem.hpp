@@ -1,4 +1,4 @@
-// The homography as a problem for ransac().
+// The homography as a problem for ransac(), and its robust estimate.
 #pragma once
 
 #include "fsw/vision/twoview/robust/ransac.hpp"
@@ -20,25 +20,25 @@ struct HomographyProblem {
   bool improve(Model& model);
 };
 
-/// The matches with a transfer error below `threshold_px`; returns the sum of their squared errors, px^2.
+/// Selects the matches with a transfer error below `threshold_px`. Returns the sum of their squared errors, px^2.
 double select_homography_inliers(const NormalisedPairs& pairs, const Mat3& homography, double threshold_px,
                                  PairIndices& selected);
 
-/// Begins the search of find_homography; then homography_slice is called, with the same arguments, while it returns
-/// true, and end_homography gives the result.
+/// find_homography in slices: call begin_homography once, then homography_slice with the same arguments while it
+/// returns true. end_homography then gives the result.
 void begin_homography(const NormalisedPairs& pairs, const RansacParams& params, PairIndices& scratch,
                       RansacRun<Mat3>& run);
 bool homography_slice(const NormalisedPairs& pairs, const RansacParams& params, PairIndices& scratch,
                       RansacRun<Mat3>& run);
 bool end_homography(const NormalisedPairs& pairs, const RansacParams& params, PairIndices& scratch,
                     const RansacRun<Mat3>& run, Mat3& homography);
-/// The best homography of `pairs`, refined. False when there is none.
+/// Finds the best homography of `pairs` and refines it. Returns false if there is none.
 bool find_homography(const NormalisedPairs& pairs, const RansacParams& params, PairIndices& scratch, Mat3& homography);
 
 /// GRIC of a homography between normalised coordinates over all of `pairs`.
 [[nodiscard]] double homography_gric(const NormalisedPairs& pairs, const Mat3& homography, double sigma_px);
 
-/// One sigma of the inliers' errors: the threshold stands for two, which hold 95 % of the inliers.
+/// Standard deviation of the inliers' errors, px: half the threshold, so that 95 % of the inliers are within it.
 [[nodiscard]] inline double sigma_of(const RansacParams& params) {
   return 0.5 * params.threshold_px;
 }

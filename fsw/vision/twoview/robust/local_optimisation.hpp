@@ -1,4 +1,4 @@
-// What the problems of ransac() share: the inliers of a model, and how the model is refined on them.
+// Selection of inliers and parameters of the local optimisation, shared by the problems of ransac().
 #pragma once
 
 #include "fsw/vision/twoview/refine/robust_loss.hpp"
@@ -6,15 +6,16 @@
 
 namespace ilp {
 
-/// A model is refined on the matches within this many thresholds: the right one gains matches that a noisy sample
-/// misses.
+/// A model is refined on the matches within this multiple of the threshold: the right model gains matches that a noisy
+/// sample misses.
 inline constexpr double local_widening = 2;
 
 [[nodiscard]] inline RefinementParams local_refinement(double threshold_px) {
   return {RobustLoss::truncated, threshold_px, 5, 1e-4};
 }
 
-/// The matches for which `squared_px(pair)` is below the squared threshold; returns the sum of these.
+/// Selects the matches with `squared_px(pair)` below the squared threshold. Returns the sum of these squared errors,
+/// px^2.
 template <typename SquaredError>
 double select_matches(const NormalisedPairs& pairs, double threshold_px, PairIndices& selected,
                       const SquaredError& squared_px) {

@@ -1,5 +1,5 @@
-// MSAC: every match costs its squared error, at most the squared threshold. Source: P. Torr, A. Zisserman, "MLESAC",
-// CVIU 2000.
+// MSAC: the cost of a match is min(squared error, squared threshold). Source: P. Torr, A. Zisserman, "MLESAC", CVIU
+// 2000.
 #pragma once
 
 #include <cstddef>
@@ -8,15 +8,17 @@
 namespace ilp {
 
 struct RansacScore {
-  double cost = 0;  ///< px^2; less is better
+  double cost = 0;  ///< px^2; the smallest is the best
   std::uint32_t inliers = 0;
 };
 
-/// After this many matches scoring checks whether the model can still be the best one.
+/// Block size in matches. After each block, scoring stops early if the model can no longer be the best.
 inline constexpr std::size_t score_block = 32;
 
-/// Adds the first `count` squared errors and overwrites the others. NaN counts as an outlier; a match at both epipoles
-/// has it. The sums run in four lanes, which fit a vector register.
+/// Adds the MSAC cost and the number of inliers of `squared[0..count)` (px^2) to `score`. Sets the remaining elements
+/// to 0. They count as inliers without cost, which the last line subtracts again: `threshold2`, the squared inlier
+/// threshold (px^2), must therefore be above 0. A NaN counts as an outlier: the Sampson error is NaN if both points lie
+/// at their epipoles. The sums run in four lanes, which fit a vector register.
 inline void add_block(float (&squared)[score_block], std::size_t count, float threshold2, RansacScore& score) {
   constexpr std::size_t lanes = 4;
   for (std::size_t i = count; i < score_block; ++i) squared[i] = 0;

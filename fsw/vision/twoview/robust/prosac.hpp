@@ -18,7 +18,7 @@ class ProsacSampler {
   /// are equal.
   ProsacSampler(const NormalisedPairs& pairs, std::size_t sample_size, std::uint32_t growth_trials, std::uint64_t seed);
 
-  /// Indices into pairs.exact.
+  /// Writes `sample_size` indices into pairs.exact.
   void next(std::uint16_t* sample);
 
  private:
@@ -31,7 +31,7 @@ class ProsacSampler {
   std::uint32_t trial_ = 0;        ///< t
 };
 
-/// After this many trials a sample without outliers has been drawn with probability `confidence`; at most `max_trials`.
+/// Number of trials after which at least one sample has no outlier with probability `confidence`; at most `max_trials`.
 [[nodiscard]] std::uint32_t required_trials(double inlier_share, std::size_t sample_size, double confidence,
                                             std::uint32_t max_trials);
 

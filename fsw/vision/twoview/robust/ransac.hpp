@@ -13,8 +13,8 @@ namespace ilp {
 
 struct RansacReport {
   RansacScore score;
-  std::uint32_t trials = 0;
-  bool found = false;
+  std::uint32_t trials = 0;  ///< done so far
+  bool found = false;        ///< false: no sample gave a model
 };
 
 /// LO-RANSAC (O. Chum, J. Matas, J. Kittler, "Locally Optimized RANSAC", 2003): every model better than all before is
@@ -24,14 +24,13 @@ struct RansacReport {
 ///   bool score(const Model&, const CostBound&, RansacScore&);   false when scoring was abandoned
 ///   bool improve(Model&);                                   local optimisation; false when it cannot
 ///
-/// The search goes on in slices: one call of begin_ransac, then of ransac_slice, with the same arguments, while it
-/// returns true.
+/// The search runs in slices: call begin_ransac once, then ransac_slice with the same arguments while it returns true.
 template <class ModelOfProblem>
 struct RansacRun {
   RansacReport report;
   ModelOfProblem best;  ///< if report.found
   ProsacSampler sampler;
-  std::uint32_t needed = 0;  ///< trials, as far as is known
+  std::uint32_t needed = 0;  ///< trials, estimated from the best model so far
 };
 
 template <class Problem>
@@ -45,7 +44,7 @@ void begin_ransac(const Problem& /*problem*/, const NormalisedPairs& pairs, cons
   run.needed = params.max_trials;
 }
 
-/// Does at most so many trials; true if more are needed.
+/// Does at most `trials` trials. Returns true if more are needed.
 template <class Problem>
 bool ransac_slice(Problem& problem, const NormalisedPairs& pairs, const RansacParams& params, std::uint32_t trials,
                   RansacRun<typename Problem::Model>& run) {
@@ -76,7 +75,7 @@ bool ransac_slice(Problem& problem, const NormalisedPairs& pairs, const RansacPa
   return report.trials < run.needed;
 }
 
-/// The whole search.
+/// The complete search in one call. `best` is valid if the report's `found` is true.
 template <class Problem>
 RansacReport ransac(Problem& problem, const NormalisedPairs& pairs, const RansacParams& params,
                     typename Problem::Model& best) {

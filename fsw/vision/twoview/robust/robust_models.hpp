@@ -1,6 +1,6 @@
-// Robust estimates of the fundamental matrix and the homography of two uncalibrated views, and the criterion that tells
+// Robust estimates of the fundamental matrix and the homography of two uncalibrated views, and the GRIC that shows
 // which of them the matches support (decisions.md, 6). On a plane the fundamental matrix fits as well as the homography
-// and means nothing: trust it only if its GRIC is clearly smaller.
+// but is meaningless: trust it only if its GRIC is clearly smaller.
 #pragma once
 
 #include "fsw/base/status.hpp"
@@ -18,8 +18,8 @@ struct FundamentalResult {
   std::uint32_t inliers = 0;
   double rms_px = 0;           ///< Sampson error of the inliers
   double gric = 0;             ///< over all finite matches
-  double gric_inliers = 0;     ///< over the inliers only; to be compared with gric_homography
-  double gric_homography = 0;  ///< GRIC of the best homography of the inliers, over the inliers
+  double gric_inliers = 0;     ///< over the inliers only; compare it with gric_homography
+  double gric_homography = 0;  ///< GRIC of the inliers' best homography, over the inliers
 };
 
 struct HomographyResult {
@@ -30,13 +30,13 @@ struct HomographyResult {
   double gric = 0;    ///< over all finite matches
 };
 
-/// 7-point LO-RANSAC, then non-linear refinement. `found` is false with fewer than params.min_inliers (and 8) inliers.
-/// `invalid_argument` for parameters out of range.
+/// 7-point LO-RANSAC, then non-linear refinement. `found` is false if there are fewer than params.min_inliers or 8
+/// inliers. Returns `invalid_argument` if a parameter is out of range.
 Status estimate_fundamental(const PointPairs& pairs, const RansacParams& params, TwoViewWorkspace& workspace,
                             InlierMask& inliers, FundamentalResult& result);
 
-/// 4-point LO-RANSAC on the transfer error, then non-linear refinement. `found` is false with fewer than
-/// params.min_inliers (and 5) inliers. `invalid_argument` for parameters out of range.
+/// 4-point LO-RANSAC on the transfer error, then non-linear refinement. `found` is false if there are fewer than
+/// params.min_inliers or 5 inliers. Returns `invalid_argument` if a parameter is out of range.
 Status estimate_homography(const PointPairs& pairs, const RansacParams& params, TwoViewWorkspace& workspace,
                            InlierMask& inliers, HomographyResult& result);
 

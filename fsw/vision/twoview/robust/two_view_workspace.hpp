@@ -1,5 +1,5 @@
-// Scratch of estimate_two_view, estimate_fundamental and estimate_homography: keep it static, it is too large for a
-// stack.
+// Scratch of estimate_two_view, estimate_fundamental and estimate_homography. It is too large for a stack: make it
+// static.
 #pragma once
 
 #include "cfg/limits.hpp"
@@ -10,7 +10,7 @@
 
 namespace ilp {
 
-/// Where estimate_two_view is between two slices.
+/// State of estimate_two_view between two slices.
 struct TwoViewProgress {
   enum class Part : std::uint8_t { search, support, plane, compare, mirror, judge, turn };
   Part part = Part::search;
@@ -18,7 +18,7 @@ struct TwoViewProgress {
   RansacRun<RigidTransform> poses;
   RansacRun<Mat3> planes;
   RigidTransform pose;
-  double rival_excess_px2 = 0;  ///< cost of the motion that turns the other way above that of `pose`
+  double rival_excess_px2 = 0;  ///< cost of the motion with the opposite turn, minus that of `pose`
   RansacScore best;
   Mat3 homography = Mat3::Identity();
 };
@@ -26,7 +26,7 @@ struct TwoViewProgress {
 struct TwoViewWorkspace {
   TwoViewProgress progress;
   NormalisedPairs pairs;   ///< all finite matches
-  NormalisedPairs subset;  ///< those that support the epipolar geometry; a homography is searched among them
+  NormalisedPairs subset;  ///< matches that support the epipolar geometry, for the search of a homography
   FixedVector<std::uint16_t, limits::max_matches> selected;         ///< indices into `pairs`
   FixedVector<std::uint16_t, limits::max_matches> subset_selected;  ///< indices into `subset`
   FixedVector<double, limits::max_matches> scratch;

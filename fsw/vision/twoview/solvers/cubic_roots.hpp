@@ -1,4 +1,5 @@
-// Real roots of a cubic: one by Newton's method from a start that cannot miss it, the others in closed form.
+// Finds the real roots of a cubic: the first by Newton's method from a start that always converges, the others in
+// closed form.
 #pragma once
 
 #include <bit>
@@ -17,7 +18,7 @@ inline int append_quadratic_roots(double a, double b, double c, double (&roots)[
   return count;
 }
 
-/// A power of two that is at least the cube root of the positive `x`, and at most twice as large.
+/// A power of two between the cube root of `x` (> 0) and twice this root.
 inline double power_above_cube_root(double x) {
   constexpr int bias = 1023;
   const int exponent = static_cast<int>(std::bit_cast<std::uint64_t>(x) >> 52U) - bias;
@@ -32,7 +33,7 @@ inline double improved_root_of_cubic(double b, double c, double d, double x) {
   return std::isfinite(move) ? x - move : x;
 }
 
-/// A real root of x^3 + b x^2 + c x + d; of three the one that lies alone on its side of the inflection.
+/// A real root of x^3 + b x^2 + c x + d. If there are three, it is the one alone on its side of the inflection.
 inline double real_root_of_cubic(double b, double c, double d) {
   // t^3 + slope t + offset with t = x - inflection: its roots are within 2 sqrt(|slope| / 3) + cbrt(|offset|). From
   // there, on the side of the outermost root, Newton's method approaches without turning back.

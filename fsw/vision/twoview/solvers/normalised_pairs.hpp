@@ -1,4 +1,4 @@
-// The matches of a pair in coordinates near one, in the layouts that solving and scoring want.
+// Matches in normalised coordinates, in the layouts that solvers and scoring need.
 #pragma once
 
 #include "cfg/limits.hpp"
@@ -9,7 +9,7 @@
 
 namespace ilp {
 
-/// Pixels per unit of the normalised coordinates, per image and axis: turns errors into pixels.
+/// Pixels per unit of the normalised coordinates, for each image and axis.
 struct PixelScale {
   double ax = 1, ay = 1, bx = 1, by = 1;
 };
@@ -21,8 +21,8 @@ struct NormalisedPair {
   [[nodiscard]] Vec3 ray_b() const { return {xb, yb, 1}; }
 };
 
-/// The finite matches in a random but reproducible order, so that the errors of the first of them are a sample of all
-/// errors (bail_out.hpp). `source` holds the caller's index of each.
+/// The finite matches in a random but reproducible order, so that the first n matches are a random sample
+/// (bail_out.hpp). `source` has the index of each match in the caller's list.
 struct NormalisedPairs {
   FixedVector<NormalisedPair, limits::max_matches> exact;
   FixedVector<std::uint16_t, limits::max_matches> source;
@@ -44,7 +44,7 @@ struct PairSelection {
 
 using PairIndices = FixedVector<std::uint16_t, limits::max_matches>;
 
-/// x_pixel = scale * x_normalised + centre, per image and axis.
+/// x_pixel = scale * x_normalised + centre, for each axis of an image.
 struct ImageNormalisation {
   double scale_x = 1, scale_y = 1;
   double centre_x = 0, centre_y = 0;
@@ -53,17 +53,18 @@ struct ImageNormalisation {
   [[nodiscard]] Mat3 normalised_from_pixel() const;
 };
 
-/// Division by the intrinsics.
+/// The normalisation that divides by the intrinsics.
 [[nodiscard]] ImageNormalisation intrinsics_of(const CameraModel& camera);
-/// Centroid to the origin, mean distance sqrt(2) (R. Hartley, "In Defence of the 8-Point Algorithm", 1995), over the
-/// finite matches; scale 1 where all points coincide.
+/// The normalisation that moves the centroid of the finite matches to the origin and makes their mean distance sqrt(2)
+/// (R. Hartley, "In Defence of the 8-Point Algorithm", 1995). Its scale is 1 if all points coincide.
 void isotropic_normalisation(const PointPairs& pairs, ImageNormalisation& a, ImageNormalisation& b);
 
+/// Writes the finite matches of `pairs`, normalised by `a` and `b`, to `out` in an order that `seed` determines.
 void normalise_pairs(const PointPairs& pairs, const ImageNormalisation& a, const ImageNormalisation& b,
                      std::uint64_t seed, NormalisedPairs& out);
 
-/// Copies the matches `selected` (indices into `pairs`) in their order. All matches of the subset count as equally
-/// good, because they are inliers already: samples of them are uniform.
+/// Copies the matches `selected` (indices into `pairs`) in their order. All have the same quality in `subset`, because
+/// they are inliers: samples of them are uniform.
 void select_subset(const NormalisedPairs& pairs, const PairIndices& selected, NormalisedPairs& subset);
 
 }  // namespace ilp

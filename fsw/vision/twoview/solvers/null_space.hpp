@@ -1,4 +1,4 @@
-// Null space of a few linear equations in nine unknowns (the entries of a 3x3 matrix).
+// Computes the null space of a few linear equations in nine unknowns (the entries of a 3x3 matrix).
 #pragma once
 
 #include <cmath>
@@ -7,7 +7,7 @@
 
 namespace ilp {
 
-/// b[i]^T M a[i] = 0 as linear equations in the entries of M, row by row.
+/// Writes b[i]^T M a[i] = 0 as linear equations in the entries of M (row-major).
 template <int Rows>
 void epipolar_equations(const Vec3* a, const Vec3* b, double (&equations)[Rows][9]) {
   for (int i = 0; i < Rows; ++i) {
@@ -16,8 +16,8 @@ void epipolar_equations(const Vec3* a, const Vec3* b, double (&equations)[Rows][
 }
 
 /// Orthonormal basis of the vectors orthogonal to all `Rows` equations: the last columns of Q in the QR decomposition
-/// of the transposed equations, by Householder reflections. False when an equation depends on the others, or is not
-/// finite.
+/// of the transposed equations, by Householder reflections. Returns false if the equations are linearly dependent or
+/// not finite.
 template <int Rows>
 bool null_space(const double (&equations)[Rows][9], double (&basis)[9 - Rows][9]) {
   double work[Rows][9];

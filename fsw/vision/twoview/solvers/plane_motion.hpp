@@ -1,4 +1,4 @@
-// The motions that the image of a plane leaves possible.
+// Motions of the camera that explain the homography of a plane.
 #pragma once
 
 #include <cstddef>
@@ -19,8 +19,9 @@ struct PlaneSolution {
   std::uint32_t support = 0;  ///< matches on the plane that are in front of both cameras
 };
 
-/// A plane leaves up to two solutions: the first belongs to the pose that was found, the second is its rival. There is
-/// one if visibility refutes the rival or if the two are the same to within a degree, and none without a plane.
+/// Up to two solutions explain a plane: the first belongs to the pose that was found, the second is its rival. There is
+/// one solution if points would be invisible for the rival, or if both directions of translation agree to within a
+/// degree. There is none without a plane.
 struct PlaneSolutions {
   PlaneSolution solution[2];
   std::size_t count = 0;

@@ -15,6 +15,7 @@ struct PointPair {
   float quality = 0;      ///< larger is better; orders the samples (PROSAC)
 };
 using PointPairs = FixedVector<PointPair, limits::max_matches>;
+/// One element per match, in their order: 1 for an inlier, 0 for an outlier.
 using InlierMask = FixedVector<std::uint8_t, limits::max_matches>;
 
 }  // namespace ilp

@@ -1,5 +1,5 @@
-// Real roots of a polynomial, isolated by Sturm's sequence and refined inside their brackets: bounded and
-// deterministic.
+// Finds the real roots of a polynomial: isolates them by Sturm's sequence and refines them inside their brackets.
+// Bounded and deterministic.
 #pragma once
 
 #include <cmath>
@@ -121,7 +121,7 @@ class RealRoots {
     return bound;
   }
 
-  /// Newton's method, with bisection when it would leave the bracket. False when both ends have the same sign.
+  /// Newton's method, with bisection when it would leave the bracket. Returns false if both ends have the same sign.
   bool refine(double low, double high, double& root) const {
     double value_low = value(0, low);
     const double value_high = value(0, high);

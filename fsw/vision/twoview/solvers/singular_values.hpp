@@ -13,7 +13,7 @@ struct SingularValues {
   Vec3 values = Vec3::Zero();
 };
 
-/// False when the matrix is not finite or its rank is below two.
+/// Returns false if the matrix is not finite or its rank is below two.
 bool singular_values(const Mat3& matrix, SingularValues& svd);
 
 }  // namespace ilp

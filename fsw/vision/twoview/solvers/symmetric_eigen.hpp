@@ -14,7 +14,7 @@ struct SymmetricEigen {
   Eigen::Matrix<double, N, N> vectors;  ///< columns, orthonormal
 };
 
-/// Both triangles of `matrix` are read. False when it is not finite or the sweeps do not converge.
+/// Both triangles of `matrix` are read. Returns false if it is not finite or the sweeps do not converge.
 template <int N>
 bool symmetric_eigen(const Eigen::Matrix<double, N, N>& matrix, SymmetricEigen<N>& result) {
   constexpr int max_sweeps = 30;  // convergence is quadratic: ten are plenty

@@ -1,4 +1,4 @@
-// The point nearest to two or more viewing rays, and how reliable it is.
+// Triangulates a point from two or more views, and measures how reliable it is.
 #pragma once
 
 #include "fsw/base/status.hpp"
@@ -20,8 +20,9 @@ struct TriangulatedPoint {
 };
 
 /// Starts from the midpoint of all rays and refines it by Gauss-Newton on the reprojection error (R. Hartley, P. Sturm,
-/// "Triangulation", CVIU 1997). A point behind a camera is not refined and has in_front false. `numerical_failure` when
-/// the rays are parallel (angle below 1e-7 rad) or not finite, `invalid_argument` below two views.
+/// "Triangulation", CVIU 1997). A point behind a camera is not refined and has in_front false. Returns
+/// `numerical_failure` if the rays are parallel (angle below 1e-7 rad) or not finite, `invalid_argument` if there are
+/// fewer than two views.
 Status triangulate(const RayView* views, std::size_t count, TriangulatedPoint& point);
 
 }  // namespace ilp

@@ -1,4 +1,4 @@
-// Telecommands. Where a message has a list, its command has one item.
+// Telecommands and mission parameters of the XTCE database. A list in a message becomes a single item in its command.
 #include <cmath>
 #include <regex>
 #include <stdexcept>

@@ -1,5 +1,6 @@
-// The XTCE 1.2 database of a mission: every telecommand, report, event, housekeeping value and parameter, from the rows
-// that the flight software itself follows. docs/commanding.md shows how ground systems load it.
+// Generates the XTCE 1.2 database of a mission with all telecommands, reports, events, housekeeping values and
+// parameters, from the tables that the flight software itself uses. docs/commanding.md shows how ground systems load
+// it.
 #pragma once
 
 #include <string>
@@ -8,8 +9,9 @@
 
 namespace ilp::docgen {
 
-/// Widths, time and APID are those of the mission's `[link]` section. The same bytes on every machine. `flat`: one
-/// SpaceSystem, for readers that know no others in it; `/` within a path is then `_`.
+/// The database as XML. Widths, time code and APID are those of the mission's `[link]` section. The bytes are the same
+/// on every machine. `flat`: a single SpaceSystem, for readers that do not support nested ones; names then have `_` in
+/// place of the `/` of paths.
 [[nodiscard]] std::string xtce_database(const MissionParameters& mission, bool flat = false);
 
 }  // namespace ilp::docgen

@@ -1,4 +1,5 @@
-// The layout of a message, read from its text in fsw/packets/message_table.cpp, and the widths of a tailoring by name.
+// Parses the layout of a message from its text in fsw/packets/message_table.cpp, and lists the widths of a tailoring by
+// name.
 #pragma once
 
 #include <span>
@@ -9,7 +10,7 @@
 
 namespace ilp::docgen {
 
-/// A width in Tailoring, by the name that layouts use: w(name).
+/// A width in Tailoring with the name that layouts use: w(name).
 struct Width {
   const char* name;
   std::uint8_t Tailoring::*octets;
@@ -20,21 +21,21 @@ struct Width {
 enum class ItemKind : std::uint8_t {
   number,       ///< `octets` octets
   count,        ///< the number of items of the list that follows
-  list,         ///< `items`, as often as the count says
-  time,         ///< in the tailoring's form
-  request,      ///< of service 11: source, APID and sequence count of a telecommand
-  telecommand,  ///< a whole packet
+  list,         ///< `items`, repeated by the count
+  time,         ///< in the tailoring's time code
+  request,      ///< request id of service 11: source, APID and sequence count of a telecommand
+  telecommand,  ///< a complete packet
   text,         ///< up to the packet CRC
-  report,       ///< the values of the report that the SID names
-  value,        ///< of the parameter that was named before it
-  function,     ///< a name of 8 characters
-  arguments     ///< of the function that was named before it
+  report,       ///< values of the report that the SID names
+  value,        ///< value of the parameter that the item before names
+  function,     ///< name of 8 characters
+  arguments     ///< arguments of the function that the item before names
 };
 
 struct LayoutItem {
   ItemKind kind = ItemKind::number;
   std::string name = {};
-  std::string width = {};  ///< number: its name in the tailoring; otherwise empty
+  std::string width = {};  ///< number: name of its width in the tailoring; else empty
   std::size_t octets = 0;
   bool is_signed = false;
   bool is_float = false;
@@ -42,7 +43,7 @@ struct LayoutItem {
   std::vector<LayoutItem> items = {};
 };
 
-/// Items that the tailoring does not have are left out. std::runtime_error for a text that is not understood.
+/// Parses a layout. Items that the tailoring does not have are left out. Throws std::runtime_error for an invalid text.
 [[nodiscard]] std::vector<LayoutItem> read_layout(const std::string& text, const Tailoring& tailoring);
 
 }  // namespace ilp::docgen

@@ -1,4 +1,4 @@
-// One SpaceSystem of an XTCE database while it is written: types, parameters, containers, commands.
+// Builds one SpaceSystem of an XTCE database: types, parameters, containers, commands.
 #pragma once
 
 #include <map>
@@ -12,14 +12,14 @@
 
 namespace ilp::docgen {
 
-/// How a number stands in a packet, and what it means.
+/// Encoding and meaning of a number in a packet.
 struct NumberForm {
   std::size_t bits = 8;
   bool is_signed = false;
   bool is_float = false;
   std::string unit = {};
-  double scale = 1;                          ///< the value in the unit is the number of the packet times this
-  std::optional<double> min = {}, max = {};  ///< of the value in the unit
+  double scale = 1;                          ///< value in `unit` = number in the packet * scale
+  std::optional<double> min = {}, max = {};  ///< range of the value in `unit`
 };
 
 struct Choice {
@@ -29,56 +29,57 @@ struct Choice {
 };
 [[nodiscard]] std::vector<Choice> choices_of(EnumValues values);
 
-/// A name that XTCE takes: letters, digits and `_`.
+/// The text as a valid XTCE name: letters, digits and `_`; `/` becomes `_per_`.
 [[nodiscard]] std::string xtce_name(const std::string& text);
-/// A number with all its digits.
+/// A number with all digits; integers have no exponent.
 [[nodiscard]] std::string xtce_number(double value);
 
 enum class Side : std::uint8_t { parameter, argument };
 
-/// References to names of a parent need no path: they are searched upwards. All that a SpaceSystem defines begins with
-/// its `prefix`, which keeps its names apart where all of them stand in one SpaceSystem.
+/// References to names of a parent need no path, because XTCE searches upwards. All names that a SpaceSystem defines
+/// begin with its `prefix`, so that they stay distinct after `flatten`.
 class SpaceSystem {
  public:
   SpaceSystem(std::string name, std::string description, std::string prefix = {})
       : name_(std::move(name)), description_(std::move(description)), prefix_(std::move(prefix)) {}
 
-  /// The name under which something of this SpaceSystem is defined.
+  /// `name` with the prefix.
   [[nodiscard]] std::string named(const std::string& name) const { return prefix_ + name; }
 
-  // Types are written once for each name and side. They return the name under which they are defined.
+  // Functions that add a type, once for each name and side. They return the name with the prefix.
   std::string number_type(Side side, const std::string& name, const NumberForm& form);
-  /// The name follows from the form.
+  /// A type whose name is made from the form.
   std::string number_type(Side side, const NumberForm& form);
   std::string choice_type(Side side, const std::string& name, std::size_t bits, const std::vector<Choice>& choices);
   /// `attributes` of the element `Encoding`; `reference` is an element of ReferenceTime with its content.
   std::string time_type(Side side, const std::string& name, std::size_t bits, double scale, double offset,
                         const std::string& offset_from, const std::string& epoch);
   std::string bytes_type(Side side, const std::string& name, std::size_t bytes);
-  /// Octets by a number: `slope` x the value of `parameter` + `intercept`, in bits.
+  /// Octets of variable length: `slope` * value of `counted` + `intercept`, in bits.
   std::string sized_type(Side side, const char* kind, const std::string& name, const std::string& counted,
                          std::int64_t slope, std::int64_t intercept);
 
-  /// Returns the name under which it is defined. A parameter of a known name is that one. std::runtime_error if it has
-  /// another type.
+  /// Adds a parameter unless the name is known, and returns the name with the prefix. Throws std::runtime_error if the
+  /// known parameter has another type.
   std::string parameter(const std::string& name, const std::string& type, const std::string& description);
 
-  /// Whole elements SequenceContainer and MetaCommand.
+  /// Complete elements SequenceContainer and MetaCommand.
   Xml containers{4};
   Xml commands{4};
   std::vector<SpaceSystem> children;
 
-  /// Takes in all that its children define, and has none any more. std::runtime_error if a type or parameter is defined
-  /// twice.
+  /// Moves all definitions of the descendants into this SpaceSystem and removes the children. Throws std::runtime_error
+  /// if a type or parameter is defined twice.
   void flatten();
 
+  /// The SpaceSystem as XML, indented by `depth` levels.
   [[nodiscard]] std::string text(std::size_t depth, const Xml::Attributes& attributes, const std::string& header) const;
 
  private:
   bool first(Side side, const std::string& name);
   Xml& types(Side side) { return side == Side::parameter ? parameter_types_ : argument_types_; }
 
-  /// All that a descendant defines.
+  /// Moves the definitions of a descendant into this SpaceSystem.
   void take(SpaceSystem& descendant);
 
   std::string name_, description_, prefix_;

@@ -1,4 +1,4 @@
-// Reports: the packets with their headers, and the values of housekeeping.
+// Telemetry of the XTCE database: packet headers, reports, housekeeping values and events.
 #include <array>
 #include <chrono>
 #include <cstdio>

@@ -1,4 +1,4 @@
-// XML that is written element by element, indented.
+// Writes indented XML element by element.
 #pragma once
 
 #include <string>
@@ -13,12 +13,12 @@ class Xml {
 
   explicit Xml(std::size_t depth = 0) : depth_(depth) {}
 
-  /// An attribute without a value is left out.
+  /// Begins an element. Attributes with empty values are left out.
   void open(const std::string& name, const Attributes& attributes = {});
   void close();
-  /// An element without children.
+  /// Writes an element without children.
   void leaf(const std::string& name, const Attributes& attributes, const std::string& text = {});
-  /// Elements that were written apart. They stand as they are.
+  /// Appends elements that were written separately, unchanged.
   void append(const std::string& elements) { text_ += elements; }
 
   [[nodiscard]] const std::string& text() const { return text_; }

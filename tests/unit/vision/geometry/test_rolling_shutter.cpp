@@ -140,9 +140,14 @@ TEST(RollingShutter, RefusesAMotionThatIsTooFastAndAnImageOfAnotherSize) {
 
 TEST(RollingShutter, ACameraWithAnImpossibleReadoutIsRefusedByName) {
   for (const double readout_s : {0.51, -0.6, std::numeric_limits<double>::infinity(), std::nan("")}) {
-    const Status status = validate(rolling_camera(readout_s));
-    EXPECT_TRUE(status.is(StatusCode::invalid_argument)) << readout_s;
-    EXPECT_EQ(status.a, static_cast<std::int64_t>(Argument::readout)) << readout_s;
+    CameraModel fisheye = rolling_camera(readout_s);
+    fisheye.lens = Lens::fisheye;
+    fisheye.p1 = fisheye.p2 = 0;
+    for (const CameraModel& camera : {rolling_camera(readout_s), fisheye}) {
+      const Status status = validate(camera);
+      EXPECT_TRUE(status.is(StatusCode::invalid_argument)) << readout_s;
+      EXPECT_EQ(status.a, static_cast<std::int64_t>(Argument::readout)) << readout_s;
+    }
   }
   EXPECT_TRUE(validate(rolling_camera(-0.03)).ok());
 }
