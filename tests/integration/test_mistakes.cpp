@@ -94,7 +94,7 @@ const std::vector<Mistake> mistakes = {
     {"SIL --set flight.drift_heading_rad=90 --out out", 1, {"6.28", "degrees, written 90deg"}},
     {"SIL --set effects.haze --out out", 1, {"expected section.name=value"}},
     // Links.
-    {"SIL --link-udp 127.0.0.1:1 --out out", 2, {"--real-time is needed"}},
+    {"SIL --link-udp 127.0.0.1:1 --out out", 2, {"need --real-time"}},
     {"SIL --real-time --link-udp localhost:1 --out out", 1, {"localhost:1", "written in numbers: 127.0.0.1:10025"}},
     {"SIL --real-time --link-tcp 192.0.2.1:7 --out out", 1, {"192.0.2.1:7", "no such address", "0.0.0.0"}},
     {"GROUND console localhost", 1, {"an address is written 127.0.0.1:10025"}},
