@@ -198,7 +198,7 @@ TEST(ControlSystem, CoordinatesOfAStatedSystemBecomeDegrees) {
   EXPECT_TRUE(test::says(test::error_of([&] {
                            control::resolve({"IAU_2015:49900", "EPSG:32633", ""}, plain);
                          }),
-                         "of another body"));
+                         "to another body"));
 }
 
 TEST(ControlSystem, HeightsAboveTheGeoidBecomeHeightsAboveTheFigure) {
