@@ -322,7 +322,7 @@ class Verification {
   template <typename Match>
   void follow(PlaneMap& map, Match&& match) const {
     for (int pass = 0; pass < 5; ++pass) {
-      const std::size_t count = match(map, static_cast<double>(pass < 3 ? guided_radius_px : inlier_radius_px));
+      const std::size_t count = match(map, pass < 3 ? guided_radius_px : inlier_radius_px);
       const PlaneFit points = fit();
       const bool fitted = pass > 1 && count >= 14  ? points.homography(map)
                           : pass > 0 && count >= 8 ? points.affine(map)

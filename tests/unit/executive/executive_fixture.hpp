@@ -16,7 +16,6 @@
 
 namespace ilp::test {
 
-/// Mission time moves only where a test moves it; processor time follows it.
 /// Does what the test sets, and writes its letter into the common diary.
 class FakeComponent final : public Component {
  public:

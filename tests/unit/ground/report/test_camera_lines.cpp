@@ -3,6 +3,7 @@
 #include <string>
 
 #include "sim/ground/report/camera_lines.hpp"
+#include "tests/support/said.hpp"
 
 namespace ilp::report {
 namespace {
@@ -35,23 +36,19 @@ std::string text_of(const intake::Flight& flight) {
   return text;
 }
 
-bool says(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
-
 TEST(CameraLines, AnOpenFocalLengthIsToldWithItsErrorAndWhatWouldDetermineIt) {
   const std::string text = text_of(flight_with(CalibrationVerdict::partly, true, {0.9, 0.1}));
   for (const char* part :
        {"6 keyframes", words_of(CalibrationVerdict::partly), "focal length", "45.0 px", "relief", "--navigation"})
-    EXPECT_TRUE(says(text, part)) << part << "\n" << text;
-  EXPECT_FALSE(says(text, words_of(Intrinsic::k1))) << text;
+    EXPECT_TRUE(test::says(text, part)) << part << "\n" << text;
+  EXPECT_FALSE(test::says(text, words_of(Intrinsic::k1))) << text;
 }
 
 TEST(CameraLines, WhatHasBeenFoundIsNotCalledOpen) {
   const std::string text = text_of(flight_with(CalibrationVerdict::partly, true, {0.1, 0.9}));
-  EXPECT_TRUE(says(text, words_of(Intrinsic::k1))) << text;
-  EXPECT_FALSE(says(text, "Its focal length")) << text;
-  EXPECT_FALSE(says(text_of(flight_with(CalibrationVerdict::partly, true, {0.4, 0.4})), "as it was given"));
+  EXPECT_TRUE(test::says(text, words_of(Intrinsic::k1))) << text;
+  EXPECT_FALSE(test::says(text, "Its focal length")) << text;
+  EXPECT_FALSE(test::says(text_of(flight_with(CalibrationVerdict::partly, true, {0.4, 0.4})), "as it was given"));
 }
 
 TEST(CameraLines, AnOpenReadoutTimeIsToldAndOneThatWasFoundIsNot) {
@@ -62,18 +59,20 @@ TEST(CameraLines, AnOpenReadoutTimeIsToldAndOneThatWasFoundIsNot) {
   said.sigma_readout_s = 0.001;
   EXPECT_EQ(text_of(flight), "");
   said.sigma_readout_s = 0.04;
-  for (const char* part : {"readout time", "40", "ms", "swings"}) EXPECT_TRUE(says(text_of(flight), part)) << part;
+  for (const char* part : {"readout time", "40", "ms", "swings"})
+    EXPECT_TRUE(test::says(text_of(flight), part)) << part;
 }
 
 TEST(CameraLines, OfALensThatWasGivenNothingIsOpen) {
   intake::Flight flight = flight_with(CalibrationVerdict::unexplained, true, {0.1, 0.1});
   CalibrationRecord& said = flight.calibrations[6];
   for (auto& sigma : said.prior_sigmas) sigma = 0;
-  EXPECT_FALSE(says(text_of(flight), "as it was given")) << text_of(flight);
+  EXPECT_FALSE(test::says(text_of(flight), "as it was given")) << text_of(flight);
 }
 
 TEST(CameraLines, AFlightThatEndedDuringTheSearchHasNoFinalPose) {
-  EXPECT_TRUE(says(text_of(flight_with(CalibrationVerdict::searching, false, {1, 1})), "no keyframe has a final pose"));
+  EXPECT_TRUE(
+      test::says(text_of(flight_with(CalibrationVerdict::searching, false, {1, 1})), "no keyframe has a final pose"));
 }
 
 TEST(CameraLines, NothingIsSaidOfACameraThatWasFoundOrGiven) {
@@ -99,18 +98,18 @@ TEST(CameraLines, ACameraThatTheImagesContradictIsNamedWithTheValueThatTheyAskFo
   const std::string text = text_of(flight);
   for (const char* part : {"strip 2", "radial distortion k1 -0.0800 instead of -0.0700", "9.25 sigmas", "camera file",
                            "contradict the camera", "statistic is 41.0", "limit of 2.50", "are wrong"})
-    EXPECT_TRUE(says(text, part)) << part << "\n" << text;
+    EXPECT_TRUE(test::says(text, part)) << part << "\n" << text;
   check.verdict = CameraCheckVerdict::unexplained;
   check.spread = 59;
   check.windows = 7;
-  EXPECT_TRUE(says(text_of(flight), "59.0 times as far apart")) << text_of(flight);
-  EXPECT_TRUE(says(text_of(flight), "over 7 windows")) << text_of(flight);
-  EXPECT_TRUE(says(text_of(flight), "rolling shutter"));
+  EXPECT_TRUE(test::says(text_of(flight), "59.0 times as far apart")) << text_of(flight);
+  EXPECT_TRUE(test::says(text_of(flight), "over 7 windows")) << text_of(flight);
+  EXPECT_TRUE(test::says(text_of(flight), "rolling shutter"));
   check.statistic = 1;
   check.spread = 0.5;
   check.field = 4.8;
-  EXPECT_TRUE(says(text_of(flight), "residuals stay 4.80 times")) << text_of(flight);
-  EXPECT_FALSE(says(text_of(flight), "far apart"));
+  EXPECT_TRUE(test::says(text_of(flight), "residuals stay 4.80 times")) << text_of(flight);
+  EXPECT_FALSE(test::says(text_of(flight), "far apart"));
 }
 
 TEST(CameraLines, WhatIsLittleAboveItsLimitIsNotCalledWrong) {
@@ -121,12 +120,12 @@ TEST(CameraLines, WhatIsLittleAboveItsLimitIsNotCalledWrong) {
   check.statistic = 2.75;
   const std::string text = text_of(flight);
   for (const char* part : {"not quite", "statistic is 2.75", "limit of 2.50", "may be somewhat larger"})
-    EXPECT_TRUE(says(text, part)) << part << "\n" << text;
-  for (const char* strong : {"are wrong", "contradict"}) EXPECT_FALSE(says(text, strong)) << text;
+    EXPECT_TRUE(test::says(text, part)) << part << "\n" << text;
+  for (const char* strong : {"are wrong", "contradict"}) EXPECT_FALSE(test::says(text, strong)) << text;
   check.verdict = CameraCheckVerdict::unexplained;
   check.spread = 2.6;
-  EXPECT_TRUE(says(text_of(flight), "fit no lens quite")) << text_of(flight);
-  EXPECT_TRUE(says(text_of(flight), "may be somewhat too small")) << text_of(flight);
+  EXPECT_TRUE(test::says(text_of(flight), "fit no lens quite")) << text_of(flight);
+  EXPECT_TRUE(test::says(text_of(flight), "may be somewhat too small")) << text_of(flight);
 }
 
 /// The event and the lines give one number: what is left over its limit, which a large statistic raises.
@@ -144,7 +143,7 @@ TEST(CameraLines, WhatNoLensExplainsIsToldAsItsLimitIsExceeded) {
     check.statistic = one.statistic;
     check.spread = one.spread;
     check.field = one.field;
-    EXPECT_TRUE(says(text_of(flight), one.excess)) << text_of(flight);
+    EXPECT_TRUE(test::says(text_of(flight), one.excess)) << text_of(flight);
   }
 }
 

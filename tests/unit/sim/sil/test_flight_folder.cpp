@@ -23,10 +23,6 @@ std::string refusal(const fs::path& out, bool resume) {
   return test::error_of([&] { prepare_folder(out, resume); });
 }
 
-bool says(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
-
 class FlightFolder : public testing::Test {
  protected:
   test::TemporaryFolder folder_;
@@ -39,7 +35,7 @@ TEST_F(FlightFolder, AStartThatNeverFlewBlocksNoOtherStart) {
   leave(out_ / "frames.txt");
   leave(out_ / "flight.db-wal");
   leave(out_ / "flight.db");
-  EXPECT_TRUE(says(refusal(out_, true), "without --resume")) << refusal(out_, true);
+  EXPECT_TRUE(test::says(refusal(out_, true), "without --resume")) << refusal(out_, true);
   prepare_folder(out_, false);
   EXPECT_FALSE(fs::exists(out_ / "flight.db"));
   EXPECT_FALSE(fs::exists(out_ / "flight"));
@@ -50,7 +46,7 @@ TEST_F(FlightFolder, AFlightThatHasBegunIsNeverOverwritten) {
   prepare_folder(out_, false);
   leave(out_ / "flight.db");
   flight_has_begun(out_);
-  EXPECT_TRUE(says(refusal(out_, false), "not empty")) << refusal(out_, false);
+  EXPECT_TRUE(test::says(refusal(out_, false), "not empty")) << refusal(out_, false);
   EXPECT_TRUE(fs::exists(out_ / "flight.db"));
   EXPECT_EQ(refusal(out_, true), "");
 }
@@ -58,7 +54,7 @@ TEST_F(FlightFolder, AFlightThatHasBegunIsNeverOverwritten) {
 TEST_F(FlightFolder, WhatTheUserPutBesideAnUnfinishedStartIsKept) {
   prepare_folder(out_, false);
   leave(out_ / "thesis.txt");
-  EXPECT_TRUE(says(refusal(out_, false), "not empty"));
+  EXPECT_TRUE(test::says(refusal(out_, false), "not empty"));
   EXPECT_TRUE(fs::exists(out_ / "thesis.txt"));
 }
 
